@@ -1,0 +1,298 @@
+"""The door trial in MuJoCo: a robot holds the handle, follows joint targets, and feels force and torque at its wrist.
+
+What the robot may know of a move is in `Trace`: time, force, torque and its own pose. The door's angles are for the
+spectator alone (`DoorSimulation.hinge_angle`, `.lever_angle`, `.watch`); the search sees them only through the outcome
+"opened", its stop condition.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from tutorialbot import paths
+from tutorialbot.errors import finite_array, finite_number, positive
+from tutorialbot.scene import control
+from tutorialbot.scene.door import Door
+from tutorialbot.seeding import make_rng
+
+MOVING = ("base_x", "base_y", "base_yaw", *(f"arm_{i}" for i in range(1, 7)))
+SPEED = np.array([0.5, 0.5, 0.8, 1.5, 1.5, 1.5, 2.5, 2.5, 2.5])  # of the trapezoids, [m/s] and [rad/s]
+ACCELERATION = np.array([1.5, 1.5, 2.5, 6.0, 6.0, 6.0, 10.0, 10.0, 10.0])  # [m/s^2] and [rad/s^2]
+CASTERS = (control.Caster(0.0, 0.20, 0.05, 0.075), control.Caster(0.0, -0.20, 0.05, 0.075))  # left, right: as in robot.xml
+STEER_RATE, DRIVE_RATE = 8.0, 12.0  # of the casters [rad/s]
+SHUT = np.deg2rad(0.3)  # below this hinge angle the latch can catch
+OUTCOMES = ("finished", "collision", "opened", "failed")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a trial needs beside the door. SI units.
+
+    `stiffness` scales the arm's PID gains (1: about 4 kN/m at the hand; 0.12: about 0.6 kN/m). `open_angle` is where the
+    door counts as open. The noises are standard deviations an axis of the wrist sensor; `tare` subtracts the hand's weight.
+    """
+
+    stiffness: float = 0.12
+    force_limit: float = 40.0
+    torque_limit: float = 8.0
+    open_angle: float = np.pi / 2
+    timestep: float = 0.002
+    control_period: float = 0.01
+    force_noise: float = 0.0
+    torque_noise: float = 0.0
+    tare: bool = True
+
+    def __post_init__(self):
+        for name in ("stiffness", "force_limit", "torque_limit", "timestep", "control_period"):
+            positive(name, getattr(self, name))
+        finite_number("open_angle", self.open_angle, 0.0, np.pi, above=True)
+        finite_number("control_period", self.control_period, self.timestep)
+        for name in ("force_noise", "torque_noise"):
+            finite_number(name, getattr(self, name), 0.0)
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What the robot knows of one move: nothing of the door but whether it is open.
+
+    times (n,) [s] from the move's start, wrench (n, 6) at the wrist [N, Nm] in the sensor's frame, tared; joints (n, 9)
+    measured; outcome one of OUTCOMES; `time` [s] the move lasted: the paper's time to collision t_c when it collided.
+    """
+
+    times: np.ndarray
+    wrench: np.ndarray
+    joints: np.ndarray
+    outcome: str
+    time: float
+
+    @property
+    def force(self) -> np.ndarray:
+        """Norm of the force (n,) [N]."""
+        return np.linalg.norm(self.wrench[:, :3], axis=1)
+
+    @property
+    def torque(self) -> np.ndarray:
+        """Norm of the torque (n,) [Nm]."""
+        return np.linalg.norm(self.wrench[:, 3:], axis=1)
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Everything that decides what happens next: MuJoCo's state, the controllers' and the noise generator's."""
+
+    state: np.ndarray
+    reference: np.ndarray
+    velocity: np.ndarray
+    steer: list[float]
+    drive: list[float]
+    noise: dict
+
+
+def assemble(door: Door, settings: Settings) -> tuple[mujoco.MjModel, np.ndarray]:
+    """Return the compiled world and the lead (9,) [s] of the joints MOVING.
+
+    The world is the robot, the door (its names prefixed "door/") and the weld "grasp" of the hand to the handle. The lead is the
+    ratio of damping to stiffness of each joint's controller: a set point that runs ahead by lead * speed is not dragged by damping.
+    """
+    spec = mujoco.MjSpec.from_file(str(paths.MODELS / "mobile_manipulator" / "robot.xml"))
+    spec.option.timestep = settings.timestep
+    lead = []
+    for name in MOVING:
+        actuator = spec.actuator(name)
+        if name.startswith("arm"):
+            k = settings.stiffness
+            factors = {"kp": k, "ki": k, "kd": math.sqrt(k), "imax": k}
+            gains = {key: float(value) * factors[key] for key, value in actuator.plugin.config.items()}
+            actuator.plugin.config = {key: repr(value) for key, value in gains.items()}
+            lead.append(gains["kd"] / gains["kp"])
+        else:
+            lead.append(-actuator.biasprm[2] / actuator.gainprm[0])
+    spec.attach(door.spec(), prefix="door/", frame=spec.worldbody.add_frame())
+    spec.add_equality(name="grasp", type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_SITE, name1="tool",
+                      name2=f"door/{door.names.grip}", solref=[0.01, 1.0])
+    return spec.compile(), np.array(lead)
+
+
+class DoorSimulation:
+    """One robot at one door. `posture` (9,) are the values of MOVING at which the hand is on the handle of the shut door."""
+
+    def __init__(self, door: Door, posture: np.ndarray, settings: Settings | None = None, seed: int = 0):
+        self.door, self.settings = door, settings or Settings()
+        self.model, self._lead = assemble(door, self.settings)
+        self.data = mujoco.MjData(self.model)
+        self._posture = finite_array("posture", posture, (len(MOVING),))
+        self._seed = seed
+        model, names = self.model, door.names
+        self._qpos = np.array([model.joint(name).qposadr[0] for name in MOVING])
+        self._qvel = np.array([model.joint(name).dofadr[0] for name in MOVING])
+        self._ctrl = np.array([model.actuator(name).id for name in MOVING])
+        casters = ("caster_left", "caster_right")
+        self._steer_ctrl = np.array([model.actuator(f"{name}_steer").id for name in casters])
+        self._drive_ctrl = np.array([model.actuator(f"{name}_drive").id for name in casters])
+        self._hinge = model.joint(f"door/{names.hinge}").qposadr[0]
+        self._handle = None if names.handle is None else model.joint(f"door/{names.handle}").qposadr[0]
+        self._latch = None if names.latch is None else model.equality(f"door/{names.latch}").id
+        self._grasp = model.equality("grasp").id
+        hand = model.site("wrist").bodyid[0]
+        self._wrist = model.site("wrist").id
+        self._weight = float(model.body_mass[hand]) * -model.opt.gravity[2]
+        self._center = model.body_ipos[hand] - model.site("wrist").pos
+        self._substeps = max(1, round(self.settings.control_period / self.settings.timestep))
+        self.watch: list[tuple[float, float, float]] | None = None  # (time, hinge, lever), when somebody wants to see
+        self.reset()
+
+    # --- state -------------------------------------------------------------------------------------------------------
+    def reset(self) -> None:
+        """Shut the door, put the hand on the handle, forget every move."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[self._qpos] = self._posture
+        self._noise = make_rng(self._seed, 1)
+        self._steer, self._drive = [0.0, 0.0], [0.0, 0.0]
+        self.begin()
+
+    def begin(self) -> None:
+        """Start a move where the robot is: every reference at its measured value, integrals empty."""
+        mujoco.mj_forward(self.model, self.data)
+        self._reference = self.data.qpos[self._qpos].copy()
+        self._velocity = np.zeros(len(MOVING))
+        self.data.act[:] = 0.0
+        self.data.ctrl[self._ctrl] = self._reference
+
+    def snapshot(self) -> Snapshot:
+        """Return all state, so that `restore` goes on bit for bit as if nothing had happened since."""
+        size = mujoco.mj_stateSize(self.model, mujoco.mjtState.mjSTATE_INTEGRATION)
+        state = np.empty(size)
+        mujoco.mj_getState(self.model, self.data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        return Snapshot(state, self._reference.copy(), self._velocity.copy(), self._steer.copy(), self._drive.copy(),
+                        self._noise.bit_generator.state)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to `snapshot`."""
+        mujoco.mj_setState(self.model, self.data, snapshot.state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        self._reference, self._velocity = snapshot.reference.copy(), snapshot.velocity.copy()
+        self._steer, self._drive = snapshot.steer.copy(), snapshot.drive.copy()
+        self._noise.bit_generator.state = snapshot.noise
+        self.data.warning.number[:] = 0
+
+    # --- what can be read --------------------------------------------------------------------------------------------
+    @property
+    def joints(self) -> np.ndarray:
+        """Measured values of MOVING (9,)."""
+        return self.data.qpos[self._qpos].copy()
+
+    @property
+    def tool_pose(self) -> pin.SE3:
+        """Measured pose of the hand in the world."""
+        mujoco.mj_kinematics(self.model, self.data)
+        site = self.data.site("tool")
+        return pin.SE3(site.xmat.reshape(3, 3).copy(), site.xpos.copy())
+
+    @property
+    def hinge_angle(self) -> float:
+        """Angle of the door [rad] (or stroke [m] of a sliding one): for the spectator."""
+        return float(self.data.qpos[self._hinge])
+
+    @property
+    def lever_angle(self) -> float:
+        """Angle of the handle [rad], 0 when there is none: for the spectator."""
+        return 0.0 if self._handle is None else float(self.data.qpos[self._handle])
+
+    # --- motion ------------------------------------------------------------------------------------------------------
+    def follow(self, targets: Iterable[np.ndarray], *, stop: bool = True) -> Trace:
+        """Follow joint targets (9,), one a control period, and return what was felt.
+
+        With `stop` the move ends at the first reading beyond the force or torque limit ("collision"). It always ends when
+        the door is open ("opened"), and as "failed" when the simulation warns, resets itself or leaves the finite numbers.
+        """
+        settings, data = self.settings, self.data
+        period = self._substeps * settings.timestep
+        readings, joints, outcome = [], [], "finished"
+        for goal in targets:
+            self._command(goal, period)
+            mujoco.mj_step(self.model, data, self._substeps)
+            self._switch_latch()
+            wrench = self._read_wrench()
+            readings.append(wrench)
+            joints.append(data.qpos[self._qpos])
+            if self.watch is not None:
+                self.watch.append((data.time, self.hinge_angle, self.lever_angle))
+            force, torque = math.hypot(*wrench[:3]), math.hypot(*wrench[3:])
+            if not math.isfinite(force + torque):
+                break
+            if data.qpos[self._hinge] >= settings.open_angle:
+                outcome = "opened"
+                break
+            if stop and (force > settings.force_limit or torque > settings.torque_limit):
+                outcome = "collision"
+                break
+        if data.warning.number.any() or not np.isfinite(data.qpos).all():
+            outcome = "failed"
+        times = period * np.arange(1, len(readings) + 1)
+        return Trace(times, np.array(readings).reshape(-1, 6), np.array(joints).reshape(-1, len(MOVING)), outcome, float(period * len(readings)))
+
+    def relax(self, seconds: float) -> None:
+        """Command the robot to stay where it is, and let contact forces die away."""
+        self.begin()
+        goal = self._reference.copy()
+        self.follow((goal for _ in range(round(seconds / self.settings.control_period))), stop=False)
+
+    def _command(self, goal: np.ndarray, period: float) -> None:
+        """One tick of the outer loop: trapezoids, then casters, then the set points of the inner PID loops."""
+        before = self._reference
+        self._reference, self._velocity = control.trapezoid_step(before, self._velocity, goal, SPEED, ACCELERATION, period)
+        x, y, turn = self._velocity[:3].tolist()
+        if x or y or turn:
+            yaw = float(before[2])
+            cosine, sine = math.cos(yaw), math.sin(yaw)
+            factor = self._roll(cosine * x + sine * y, cosine * y - sine * x, turn, period)
+            if factor < 1.0:  # the casters cannot turn that fast: the base goes the same way, slower
+                self._velocity[:3] *= factor
+                self._reference[:3] = before[:3] + period * self._velocity[:3]
+        self.data.ctrl[self._ctrl] = self._reference + self._lead * self._velocity
+        self.data.ctrl[self._steer_ctrl] = self._steer
+        self.data.ctrl[self._drive_ctrl] = self._drive
+
+    def _roll(self, vx: float, vy: float, turn: float, period: float) -> float:
+        """Roll the casters under a twist in the base's frame; return the share of it that their rate limits allow.
+
+        The equations of `control.to_casters`, written out for plain floats: this runs 400 times a trial.
+        """
+        rates = []
+        for caster, steer in zip(CASTERS, self._steer, strict=True):
+            ux, uy = vx - turn * caster.y, vy + turn * caster.x
+            cosine, sine = math.cos(steer), math.sin(steer)
+            rates.append(((cosine * uy - sine * ux) / caster.offset - turn, (cosine * ux + sine * uy) / caster.radius))
+        excess = max(1.0, *(max(abs(steer) / STEER_RATE, abs(drive) / DRIVE_RATE) for steer, drive in rates))
+        for i, (steer, drive) in enumerate(rates):
+            self._steer[i] += period * steer / excess
+            self._drive[i] += period * drive / excess
+        return 1.0 / excess
+
+    def _switch_latch(self) -> None:
+        """Hysteresis of the latch: off below the release angle, on again above the engage angle with the door shut."""
+        if self._latch is None or self._handle is None:
+            return
+        angle = self.data.qpos[self._handle]
+        if self.data.eq_active[self._latch]:
+            if angle < self.door.release_angle:
+                self.data.eq_active[self._latch] = 0
+        elif angle > self.door.engage_angle and self.data.qpos[self._hinge] < SHUT:
+            self.data.eq_active[self._latch] = 1
+
+    def _read_wrench(self) -> list[float]:
+        """Force and torque at the wrist in the sensor's frame, less the hand's weight, plus noise."""
+        wrench = self.data.sensordata[:6].tolist()
+        if self.settings.tare:
+            x, y, z = (self._weight * up for up in self.data.site_xmat[self._wrist, 6:].tolist())
+            cx, cy, cz = self._center.tolist()
+            gravity = (x, y, z, cy * z - cz * y, cz * x - cx * z, cx * y - cy * x)
+            wrench = [reading - part for reading, part in zip(wrench, gravity, strict=True)]
+        if self.settings.force_noise or self.settings.torque_noise:
+            noise = self._noise.standard_normal(6).tolist()
+            scale = 3 * [self.settings.force_noise] + 3 * [self.settings.torque_noise]
+            wrench = [reading + n * s for reading, n, s in zip(wrench, noise, scale, strict=True)]
+        return wrench
