@@ -76,8 +76,10 @@ def test_double_quaternion_acts_as_the_4d_matrix(a, point, angle):
     psi = np.arctan(d / 0.1) if angle == "atan" else d / 0.1
     n = np.append(a.translation / d if d else np.zeros(3), 0.0)
     e = np.array([0.0, 0.0, 0.0, 1.0])
-    plane = np.eye(4) + (np.cos(psi) - 1) * (np.outer(n, n) + np.outer(e, e)) + np.sin(psi) * (
-        np.outer(n, e) - np.outer(e, n)
+    plane = (
+        np.eye(4)
+        + (np.cos(psi) - 1) * (np.outer(n, n) + np.outer(e, e))
+        + np.sin(psi) * (np.outer(n, e) - np.outer(e, n))
     )
     if not d:
         plane = np.eye(4)
@@ -149,8 +151,10 @@ def test_ratio_aliases_on_an_opening_door_and_atan_does_not():
     assert ratio[60] == pytest.approx(1.94, abs=0.01) and ratio[120] == pytest.approx(1.51, abs=0.01)
     assert (np.diff(atan) > 0).all()
     once_round = pin.SE3(np.eye(3), np.array([2 * np.pi * 0.1, 0, 0]))
-    assert so4_distance(pin.SE3.Identity(), once_round, angle="ratio") < 1e-7 < so4_distance(
-        pin.SE3.Identity(), once_round
+    assert (
+        so4_distance(pin.SE3.Identity(), once_round, angle="ratio")
+        < 1e-7
+        < so4_distance(pin.SE3.Identity(), once_round)
     )
 
 

@@ -105,24 +105,24 @@ def trapezoid_step(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Advance the outer loop of paper 1, Fig. 4 by one period: speed up, cruise, brake, each joint for itself.
 
-    All arrays (n,) [rad, rad/s, rad/s^2, or the same in m]; dt > 0 and amax > 0 [s]. Returns reference' and velocity'
+    All arrays (n,) [rad, rad/s, rad/s^2, or the same in m], amax > 0; dt > 0 [s]. Returns reference' and velocity'
     with reference' = reference + dt velocity'. It is made for a tight loop, so it checks nothing.
 
     With a = amax dt the largest change of speed in one period, a joint that goes on at v and brakes as hard as it may
-    covers dt (v + (v - a) + (v - 2 a) + ...), with m terms as long as (m - 1) a < v <= m a. The fastest v which that
-    brings to rest just at the distance e is
+    covers dt (v + (v - a) + (v - 2 a) + ...), with m terms while (m - 1) a <= v < m a. The fastest v which that brings
+    to rest just at the distance e is
 
-        m = ceil(sqrt(1/4 + 2 e / (a dt)) - 1/2),    v = e / (m dt) + a (m - 1) / 2
+        m = floor(1/2 + sqrt(1/4 + 2 e / (a dt))),    v = e / (m dt) + a (m - 1) / 2
 
     so from rest the joint never passes its goal, not even by a fraction of a period, and ends on it exactly. Only when
     a new goal comes too late to brake, it must pass and return.
     """
     change = amax * dt
     ahead = goal - reference
-    distance = np.abs(ahead)
-    m = np.maximum(np.ceil(np.sqrt(distance * (2.0 / dt) / change + 0.25) - 0.5), 1.0)
-    speed = np.minimum(distance / (m * dt) + (0.5 * change) * (m - 1.0), vmax)
-    velocity = np.minimum(np.maximum(np.copysign(speed, ahead), velocity - change), velocity + change)
+    z = np.abs(ahead) * (2.0 / dt) / change
+    m = np.floor(np.sqrt(z + 0.25) + 0.5)
+    speed = np.copysign(np.minimum((z / m + m - 1.0) * (0.5 * change), vmax), ahead)
+    velocity = np.minimum(np.maximum(speed, velocity - change), velocity + change)
     return reference + dt * velocity, velocity
 
 
