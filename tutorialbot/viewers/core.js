@@ -1,0 +1,435 @@
+// Draws recorded meshcat commands with meshcat's own viewer: many scenes on a page share one WebGL renderer, whose
+// picture is copied to each scene's 2-D canvas (a page can have only about 16 WebGL contexts).
+// Evaluated as a CommonJS module; its export takes {Viewer, THREE} and returns {Store, SceneView}.
+
+module.exports = ({ Viewer, THREE }) => {
+  const below = (path, root) => path === root || path.startsWith(root + "/");
+
+  async function unzip(bytes) {
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    return new Uint8Array(await new Response(stream).arrayBuffer());
+  }
+
+  function split(keys, sizes, bytes, from) {
+    let at = from;
+    return keys.map((key, i) => ({ key, body: bytes.subarray(at, (at += sizes[i])) }));
+  }
+
+  const bytesOf = (view) => new Uint8Array(view.buffer ?? view, view.byteOffset ?? 0, view.byteLength);
+
+  // The last command for each key, as in log.py, so that a second view needs no kernel.
+  class Store {
+    constructor(ask) {
+      Object.assign(this, { ask, entries: new Map(), views: new Set(), view: {}, sequence: -1 });
+    }
+
+    async load(snapshot) {
+      const bytes = await unzip(bytesOf(snapshot));
+      const length = new DataView(bytes.buffer).getUint32(0, true);
+      const header = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
+      this.entries = new Map(
+        split(header.keys, header.sizes, bytes, 4 + length).map((item) => [item.key.join("\n"), item]),
+      );
+      Object.assign(this, { sequence: header.sequence, view: header.view });
+      for (const view of this.views) view.restart();
+    }
+
+    async receive(content, buffers) {
+      if (content.kind === "snapshot") {
+        await this.load(buffers[0]);
+      } else if (content.kind === "view") {
+        this.view = content.view;
+        for (const view of this.views) view.arrange();
+      } else if (content.kind === "sequence") {
+        if (content.sequence > this.sequence) this.ask("snapshot?");
+      } else if (content.kind === "commands" && content.sequence > this.sequence) {
+        if (content.sequence > this.sequence + 1) this.ask("snapshot?");
+        this.sequence = content.sequence;
+        const items = split(content.keys, content.sizes, bytesOf(buffers[0]).slice(), 0);
+        for (const item of items) this.keep(item);
+        for (const view of this.views) view.handle(items, true);
+      }
+    }
+
+    keep(item) {
+      const [kind, path] = item.key;
+      if (kind === "delete") {
+        for (const [name, other] of this.entries) if (below(other.key[1], path)) this.entries.delete(name);
+      }
+      this.entries.delete(item.key.join("\n"));
+      if (kind !== "delete" || !below(path, "/meshcat")) this.entries.set(item.key.join("\n"), item);
+    }
+  }
+
+  // One renderer and one loop for the page.
+  const page = {
+    renderer: null, width: 0, height: 0, views: new Set(), asked: false,
+
+    start() {
+      if (this.renderer) return;
+      const renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
+      renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+      renderer.shadowMap.enabled = true;
+      renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+      renderer.setScissorTest(true);
+      const redraw = () => this.views.forEach((view) => view.dirty());
+      renderer.domElement.addEventListener("webglcontextrestored", redraw);
+      this.renderer = renderer;
+    },
+
+    draw(view) {
+      const { renderer } = this, [w, h] = view.size, ratio = renderer.getPixelRatio();
+      if (w > this.width || h > this.height) {
+        this.width = Math.max(w, this.width);
+        this.height = Math.max(h, this.height);
+        renderer.setSize(this.width, this.height, false);
+      }
+      renderer.setViewport(0, 0, w, h);
+      renderer.setScissor(0, 0, w, h);
+      view.viewer.render();
+      const [pw, ph] = [Math.floor(w * ratio), Math.floor(h * ratio)];
+      if (view.canvas.width !== pw || view.canvas.height !== ph) Object.assign(view.canvas, { width: pw, height: ph });
+      const source = renderer.domElement;
+      view.canvas.getContext("2d").drawImage(source, 0, source.height - ph, pw, ph, 0, 0, pw, ph);
+    },
+
+    request() {
+      if (this.asked) return;
+      this.asked = true;
+      requestAnimationFrame((now) => {
+        this.asked = false;
+        for (const view of this.views) if (view.visible && view.viewer) view.tick(now);
+      });
+    },
+  };
+
+  // meshcat and its control panel listen to the window's size and take window.onload; a scene has a size of its own.
+  function leavingWindowAlone(action) {
+    const { onload } = window, own = window.addEventListener;
+    window.addEventListener = function (type, ...rest) {
+      if (type !== "resize") own.call(window, type, ...rest);
+    };
+    try {
+      return action();
+    } finally {
+      delete window.addEventListener;
+      if (window.addEventListener !== own) window.addEventListener = own;
+      window.onload = onload;
+    }
+  }
+
+  function lights(extent) {
+    const group = new THREE.Group(), { center, radius } = extent;
+    const key = new THREE.DirectionalLight(0xffffff, 0.62), fill = new THREE.DirectionalLight(0xdfe8ff, 0.22);
+    const place = (light, x, y, z) => light.position.set(...[x, y, z].map((v, i) => center[i] + 3 * radius * v));
+    place(key, 0.45, -0.55, 1.0);
+    place(fill, -0.8, 0.7, 0.4);
+    for (const light of [key, fill]) {
+      light.target.position.set(...center);
+      group.add(light, light.target);
+    }
+    key.castShadow = true;
+    key.shadow.mapSize.set(1024, 1024);
+    key.shadow.radius = 3;
+    key.shadow.bias = -0.0005;
+    key.shadow.normalBias = 0.01 * radius;
+    const reach = 1.25 * radius;
+    Object.assign(key.shadow.camera, {
+      left: -reach, right: reach, top: reach, bottom: -reach, near: 0.1 * radius, far: 8 * radius,
+    });
+    const sky = new THREE.HemisphereLight(0xffffff, 0xcdd3dc, 0.52);
+    sky.position.set(0, 0, 1);
+    group.add(sky);
+    return { group, key };
+  }
+
+  // A soft grid that fades out around the scene, and a surface that only takes shadows.
+  function floor(extent) {
+    const { center, radius } = extent, group = new THREE.Group(), reach = 4.5 * radius;
+    const step = 10 ** Math.round(Math.log10(radius / 2)) / 2;
+    const grid = new THREE.Mesh(
+      new THREE.PlaneGeometry(2 * reach, 2 * reach),
+      new THREE.ShaderMaterial({
+        transparent: true, depthWrite: false, side: THREE.DoubleSide, extensions: { derivatives: true },
+        uniforms: { reach: { value: reach }, step: { value: step } },
+        vertexShader: `varying vec2 world; varying vec2 around;
+          void main() { world = (modelMatrix * vec4(position, 1.0)).xz; around = position.xy;
+            gl_Position = projectionMatrix * viewMatrix * modelMatrix * vec4(position, 1.0); }`,
+        fragmentShader: `varying vec2 world; varying vec2 around; uniform float reach; uniform float step;
+          float lines(float s) { vec2 g = abs(fract(world / s - 0.5) - 0.5) * s / fwidth(world);
+            return 1.0 - min(min(g.x, g.y), 1.0); }
+          void main() { float fade = 1.0 - smoothstep(0.25, 1.0, length(around) / reach);
+            gl_FragColor = vec4(0.45, 0.5, 0.58, fade * (0.22 * lines(step) + 0.22 * lines(step * 5.0))); }`,
+      }),
+    );
+    const shade = new THREE.Mesh(
+      new THREE.PlaneGeometry(2 * reach, 2 * reach), new THREE.ShadowMaterial({ opacity: 0.22, depthWrite: false }),
+    );
+    shade.receiveShadow = true;
+    group.add(shade, grid);
+    group.position.set(center[0], center[1], extent.floor);
+    return group;
+  }
+
+  // Time of the animation. meshcat's own animator loads the clips; the time is always set from here.
+  class Transport {
+    constructor(view) {
+      Object.assign(this, { view, time: 0, speed: 1, playing: false, last: null, rounds: 1, paths: [] });
+      this.bar = document.createElement("div");
+      this.bar.className = "tb-bar";
+      this.bar.innerHTML = `<button class="tb-play" title="play or pause"></button>
+        <input type="range" min="0" step="any" value="0" class="tb-time" title="time"><span class="tb-clock"></span>
+        <select class="tb-speed" title="speed"></select>`;
+      [this.button, this.slider, this.clock, this.choice] = this.bar.children;
+      this.button.onclick = () => (this.playing ? this.pause() : this.play());
+      this.slider.oninput = () => {
+        this.pause();
+        this.seek(Number(this.slider.value));
+      };
+      this.choice.onchange = () => (this.speed = Number(this.choice.value));
+      this.show();
+    }
+
+    attach(viewer) {
+      const animator = (this.animator = viewer.animator), load = animator.load.bind(animator);
+      Object.assign(animator, { play: () => {}, pause: () => {}, update: () => {} });
+      animator.load = (animations, options) => {
+        this.paths = animations.map((animation) => "/" + animation.path.join("/"));
+        load(animations, { ...options, play: false, loopMode: THREE.LoopOnce, repetitions: 1 });
+        for (const action of animator.actions) action.play();
+        this.rounds = options?.repetitions ?? 1;
+        this.slider.max = animator.duration;
+        this.speed = options?.speed ?? 1;
+        const speeds = [...new Set([0.1, 0.25, 0.5, 1, 2, 4, this.speed])].sort((a, b) => a - b);
+        this.choice.replaceChildren(...speeds.map((s) => new Option(`${s}×`, s, false, s === this.speed)));
+        this.seek(0);
+        if (options?.play ?? true) this.play();
+      };
+    }
+
+    play() {
+      if (this.time >= this.animator.duration) this.time = 0;
+      Object.assign(this, { playing: true, last: null });
+      this.show();
+      page.request();
+    }
+
+    pause() {
+      this.playing = false;
+      this.show();
+    }
+
+    advance(now) {
+      const passed = this.last === null ? 0 : Math.min(0.1, (now - this.last) / 1000), end = this.animator.duration;
+      this.last = now;
+      let time = this.time + this.speed * passed;
+      if (time >= end && --this.rounds > 0 && end > 0) time %= end;
+      else if (time >= end) {
+        this.rounds = 1;
+        this.pause();
+      }
+      this.seek(time);
+    }
+
+    seek(time) {
+      this.time = Math.min(Math.max(time, 0), this.animator.duration);
+      this.animator.seek(this.time);
+      this.show();
+    }
+
+    show() {
+      const end = this.animator?.duration ?? 0;
+      this.bar.style.display = end > 0 ? "flex" : "none";
+      this.button.textContent = this.playing ? "❚❚" : "▶";
+      this.button.setAttribute("aria-label", this.playing ? "pause" : "play");
+      this.slider.value = this.time;
+      this.clock.textContent = `${this.time.toFixed(2)} / ${end.toFixed(2)} s`;
+    }
+  }
+
+  const STYLE = `.tb-scene{position:relative;width:100%;overflow:hidden;border-radius:6px;background:#eef0f3}
+    .tb-scene canvas,.tb-pane{position:absolute;inset:0;width:100%;height:100%}
+    .tb-pane{cursor:grab;outline:none}.tb-pane:active{cursor:grabbing}
+    .tb-bar{position:absolute;left:10px;right:10px;bottom:8px;gap:8px;align-items:center;padding:3px 8px;
+      background:#ffffffd0;border-radius:6px;font:12px system-ui,sans-serif;color:#334}
+    .tb-bar input{flex:1;min-width:40px;accent-color:#3b7dd8}.tb-bar span{min-width:92px;text-align:right;
+      font-variant-numeric:tabular-nums}
+    .tb-scene button{border:0;border-radius:5px;background:#ffffffb0;color:#334;cursor:pointer;font-size:13px;
+      min-width:28px;height:24px}.tb-scene button:hover{background:#fff}
+    .tb-bar select{border:0;background:none;color:#334}
+    .tb-corner{position:absolute;right:8px;top:8px;display:flex;gap:4px;opacity:0;transition:opacity .15s}
+    .tb-scene:hover .tb-corner,.tb-corner:focus-within{opacity:1}
+    .tb-hint{position:absolute;left:10px;top:8px;font:11px system-ui,sans-serif;color:#66708a;opacity:0;
+      transition:opacity .2s;pointer-events:none;background:#ffffffb0;border-radius:4px;padding:2px 6px}
+    .tb-hint.tb-on{opacity:1}`;
+
+  class SceneView {
+    constructor(el, store) {
+      Object.assign(this, { store, visible: false, viewer: null, size: [0, 0] });
+      this.root = document.createElement("div");
+      this.root.className = "tb-scene";
+      this.root.setAttribute("data-lm-suppress-shortcuts", "true");
+      this.root.innerHTML = `<style>${STYLE}</style><canvas></canvas><div class="tb-pane" tabindex="0"></div>
+        <div class="tb-corner"><button title="back to the first view">⌂</button><button title="full screen">⛶</button>
+        </div><div class="tb-hint">click the scene to zoom with the wheel</div>`;
+      el.append(this.root);
+      [this.canvas, this.pane, this.hint] = ["canvas", ".tb-pane", ".tb-hint"].map((s) => this.root.querySelector(s));
+      const [home, full] = this.root.querySelectorAll(".tb-corner button");
+      home.onclick = () => this.look();
+      full.onclick = () => (document.fullscreenElement ? document.exitFullscreen() : this.root.requestFullscreen());
+      this.transport = new Transport(this);
+      this.root.append(this.transport.bar);
+      this.root.style.height = typeof store.view.height === "number" ? `${store.view.height}px` : "100%";
+      this.resizing = new ResizeObserver(() => this.resize());
+      this.watching = new IntersectionObserver(([entry]) => this.show(entry.isIntersecting), { rootMargin: "100px" });
+      this.resizing.observe(this.root);
+      this.watching.observe(this.root);
+      this.wheel();
+      page.views.add(this);
+      store.views.add(this);
+    }
+
+    // The wheel scrolls the page until the scene has been clicked; leaving the scene gives it back.
+    wheel() {
+      const zoom = (on) => {
+        this.zooming = on;
+        if (this.viewer) this.viewer.controls.enableZoom = on;
+        if (on) this.hint.classList.remove("tb-on");
+      };
+      this.pane.addEventListener("pointerdown", () => zoom(true));
+      this.root.addEventListener("pointerleave", (event) => event.buttons || zoom(false));
+      this.pane.addEventListener("wheel", () => {
+        if (this.zooming) return;
+        this.hint.classList.add("tb-on");
+        clearTimeout(this.hiding);
+        this.hiding = setTimeout(() => this.hint.classList.remove("tb-on"), 1200);
+      }, { passive: true });
+      this.zooming = false;
+    }
+
+    show(visible) {
+      this.visible = visible;
+      if (visible && !this.viewer) this.build();
+      else if (!visible && this.key?.shadow.map) {
+        this.key.shadow.map.dispose();
+        this.key.shadow.map = null;
+      }
+      this.transport.last = null;
+      this.dirty();
+    }
+
+    build() {
+      try {
+        page.start();
+      } catch (error) {
+        this.hint.textContent = `no 3-D here: WebGL is off or missing (${error.message}); Scene.png() still works`;
+        this.hint.classList.add("tb-on");
+        return;
+      }
+      leavingWindowAlone(() => {
+        const viewer = new Viewer(this.pane, false, page.renderer);
+        viewer.gui.domElement.remove();
+        viewer.set_3d_pane_size = () => this.resize();
+        viewer.set_dirty = () => this.dirty();
+        viewer.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+        for (const name of Object.keys(viewer.scene_tree.find(["Lights"]).children)) {
+          viewer.delete_path(["Lights", name]);
+        }
+        viewer.set_property(["Axes"], "visible", false);
+        viewer.set_property(["Background"], "top_color", [0.97, 0.975, 0.985]);
+        viewer.set_property(["Background"], "bottom_color", [0.8, 0.825, 0.86]);
+        this.viewer = viewer;
+      });
+      this.transport.attach(this.viewer);
+      this.arrange();
+      this.restart();
+    }
+
+    // Lights, floor and camera for the extent that the kernel computed.
+    arrange() {
+      if (!this.viewer) return;
+      const { group, key } = lights(this.store.view);
+      this.key = key;
+      leavingWindowAlone(() => {
+        this.viewer.set_object(["Lights", "All"], group);
+        this.viewer.set_object(["Grid"], floor(this.store.view));
+      });
+      this.look();
+    }
+
+    look() {
+      if (!this.viewer) return;
+      const { camera, target, radius } = this.store.view, { viewer } = this, up = ([x, y, z]) => [x, z, -y];
+      Object.assign(viewer.camera, { fov: 32, near: 0.02 * radius, far: 60 * radius });
+      viewer.camera.position.set(...up(camera));
+      viewer.controls.target.set(...up(target));
+      viewer.controls.enableZoom = this.zooming;
+      this.resize();
+    }
+
+    restart() {
+      if (!this.viewer) return;
+      leavingWindowAlone(() => this.viewer.delete_path(["meshcat"]));
+      this.viewer.animator.clear();
+      this.transport.pause();
+      this.handle([...this.store.entries.values()], false);
+      this.resize();
+    }
+
+    handle(items, live) {
+      if (!this.viewer) return;
+      leavingWindowAlone(() => {
+        for (const { key: [kind, path], body } of items) {
+          if (kind === "set_transform" && this.transport.playing && this.transport.paths.includes(path)) {
+            this.transport.pause(); // a live pose wins over a running animation
+          }
+          try {
+            this.viewer.handle_command_bytearray(body);
+          } catch (error) {
+            console.error(`meshcat could not handle ${kind} ${path}:`, error);
+          }
+        }
+      });
+      this.dirty();
+    }
+
+    resize() {
+      const [w, h] = [this.root.clientWidth, this.root.clientHeight];
+      if (!this.viewer || !w || !h) return;
+      this.size = [w, h];
+      this.viewer.camera.aspect = w / h;
+      this.viewer.camera.updateProjectionMatrix();
+      this.dirty();
+    }
+
+    dirty() {
+      if (this.viewer) this.viewer.needs_render = true;
+      page.request();
+    }
+
+    tick(now) {
+      if (this.transport.playing) this.transport.advance(now);
+      if (this.viewer.needs_render && this.size[0]) page.draw(this);
+      if (this.transport.playing) page.request();
+    }
+
+    dispose() {
+      page.views.delete(this);
+      this.store.views.delete(this);
+      this.resizing.disconnect();
+      this.watching.disconnect();
+      if (this.viewer) {
+        leavingWindowAlone(() => this.viewer.delete_path(["meshcat"]));
+        this.viewer.scene.traverse((node) => {
+          node.geometry?.dispose();
+          node.shadow?.map?.dispose();
+        });
+        this.viewer.controls.dispose();
+        this.viewer.gui.destroy();
+      }
+      this.root.remove();
+    }
+  }
+
+  return { Store, SceneView };
+};

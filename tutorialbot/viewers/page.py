@@ -1,0 +1,44 @@
+"""A recorded scene as one HTML page that asks no network for anything."""
+
+from base64 import b64encode
+from html import escape
+
+from tutorialbot.viewers.log import Key, pack
+from tutorialbot.viewers.widget import front_end
+
+TEMPLATE = """<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<!-- Contains meshcat's viewer (MIT licence, Robin Deits) with three.js, dat.gui and others, each under its own. -->
+<style>html,body,#scene{{margin:0;height:100%}}</style></head>
+<body><div id="scene"></div>
+<script type="application/octet-stream" id="code">{code}</script>
+<script type="application/octet-stream" id="data">{data}</script>
+<script type="module">
+const bytes = (id) => Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
+const stream = new Blob([bytes("code")]).stream().pipeThrough(new DecompressionStream("gzip"));
+const parts = JSON.parse(await new Response(stream).text());
+const load = (source) => {{
+  const module = {{ exports: {{}} }};
+  new Function("module", "exports", "define", source).call(globalThis, module, module.exports, undefined);
+  return module.exports;
+}};
+const api = load(parts.core)(load(parts.meshcat));
+const store = new api.Store(() => {{}});
+await store.load(bytes("data"));
+new api.SceneView(document.getElementById("scene"), store);
+</script></body></html>
+"""
+
+
+def build(view: dict, entries: dict[Key, bytes], title: str) -> str:
+    """Return the page of the commands `entries`, seen as `view` says; it fills its window."""
+    data = pack({"sequence": 0, "view": {**view, "height": None}}, entries)
+    texts = {"code": b64encode(front_end()).decode(), "data": b64encode(data).decode()}
+    return TEMPLATE.format(title=escape(title), **texts)
+
+
+def frame(page: str, height: int) -> str:
+    """Return an iframe of `height` [px] that holds the page itself, for a notebook's output."""
+    style = f"width:100%;height:{height}px;border:0;border-radius:6px"
+    return f'<iframe srcdoc="{escape(page, quote=True)}" style="{style}"></iframe>'

@@ -1,0 +1,147 @@
+"""The live scene in a notebook: an anywidget whose commands travel over the kernel's own channel."""
+
+import hashlib
+import threading
+import time
+import weakref
+from collections.abc import Callable
+from functools import cache
+from gzip import compress
+from json import dumps
+from pathlib import Path
+
+import anywidget
+import meshcat
+import traitlets
+from IPython import get_ipython
+
+from tutorialbot.viewers.log import CommandLog, pack
+
+FRAME = 1.0 / 60.0  # shortest time between two messages [s]
+HERE = Path(__file__).parent
+
+
+@cache
+def front_end() -> bytes:
+    """Return, gzipped, the JavaScript that draws: meshcat's own viewer from the installed package, and our part."""
+    bundle = Path(meshcat.viewer_assets_path()) / "dist" / "main.min.js"
+    parts = {"meshcat": bundle.read_text(encoding="utf-8"), "core": (HERE / "core.js").read_text(encoding="utf-8")}
+    return compress(dumps(parts, ensure_ascii=False).encode(), 9, mtime=0)
+
+
+class FrontEnd(anywidget.AnyWidget):
+    """Carries the drawing code to a page, once for all scenes of a kernel."""
+
+    _esm = "export default {};"
+    _view_name = traitlets.Unicode(None, allow_none=True).tag(sync=True)
+    code = traitlets.Bytes().tag(sync=True)
+
+
+class SceneWidget(anywidget.AnyWidget):
+    """One scene on a page. Made by `Scene.widget`; it holds no reference to the scene, so the scene can be freed."""
+
+    _esm = HERE / "widget.js"
+    front_end = traitlets.Unicode().tag(sync=True)
+    front_end_hash = traitlets.Unicode().tag(sync=True)
+    snapshot = traitlets.Bytes().tag(sync=True)
+
+    def __init__(self, log: CommandLog, header: Callable[[], dict]):
+        self._log, self._header, self._sequence, self._last, self._timer = log, header, 0, 0.0, None
+        self._packed: tuple[int, bytes] = (-1, b"")
+        log.take()
+        code = shared_front_end()
+        super().__init__(front_end=code.model_id, front_end_hash=hashlib.sha256(code.code).hexdigest()[:16])
+        self.on_msg(self._answer)
+        log.on_change = self._changed
+
+    def __repr__(self) -> str:
+        return "Scene()"
+
+    def close(self) -> None:
+        """Close the channel; the front end removes every view of it."""
+        self._log.on_change = lambda: None
+        super().close()
+
+    def get_state(self, key=None, drop_defaults=False) -> dict:
+        """Return the widget's state, with a snapshot of the scene as it is now (asked for by each late joiner)."""
+        state = super().get_state(key, drop_defaults)
+        if "snapshot" in state:
+            state["snapshot"] = self._snapshot()
+        return state
+
+    def send_view(self) -> None:
+        """Tell the front end that camera, target or size have changed."""
+        with self._log.lock:
+            self._packed = (-1, b"")
+            self.send({"kind": "view", "view": self._header()})
+
+    def _snapshot(self) -> bytes:
+        with self._log.lock:
+            self._flush()
+            if self._packed[0] != self._sequence:
+                header = {"sequence": self._sequence, "view": self._header()}
+                self._packed = (self._sequence, pack(header, self._log.entries))
+            return self._packed[1]
+
+    def _changed(self) -> None:
+        """Pass the pending commands on at once, or, when that happened less than a frame ago, a frame later."""
+        if self._timer is not None:
+            return
+        self._timer = threading.Timer(max(0.0, self._last + FRAME - time.monotonic()), self._on_timer)
+        self._timer.daemon = True
+        self._timer.start()
+
+    def _on_timer(self) -> None:
+        with self._log.lock:
+            self._timer = None
+            self._flush()
+
+    def _flush(self) -> None:
+        pending = self._log.take()
+        if not pending or self.comm is None:
+            return
+        self._sequence += 1
+        self._last = time.monotonic()
+        sizes = [len(body) for body in pending.values()]
+        content = {"kind": "commands", "sequence": self._sequence, "keys": list(pending), "sizes": sizes}
+        self.send(content, [b"".join(pending.values())])
+
+    def _answer(self, _widget, content: dict, _buffers) -> None:
+        """A view asks what the last sequence number is, or, having missed one, for the whole scene."""
+        if content.get("kind") == "sequence?":
+            with self._log.lock:
+                self.send({"kind": "sequence", "sequence": self._sequence})
+        elif content.get("kind") == "snapshot?":
+            self.send({"kind": "snapshot"}, [self._snapshot()])
+
+
+_shared: list[FrontEnd] = []
+_shown: dict[str, "weakref.WeakSet[SceneWidget]"] = {}  # cell id -> the widgets that this cell made or showed
+_cell: list[str] = [""]
+
+
+def shared_front_end() -> FrontEnd:
+    """Return this kernel's one carrier of the drawing code."""
+    if not _shared or _shared[0].comm is None:
+        _shared[:] = [FrontEnd(code=front_end())]
+        shell = get_ipython()
+        if shell is not None:
+            shell.events.register("pre_run_cell", _before_cell)
+    return _shared[0]
+
+
+def note_use(widget: SceneWidget) -> None:
+    """Remember that the cell that runs now shows `widget`."""
+    shell = get_ipython()
+    if not _cell[0] and shell is not None:  # the very first use: the hook has not seen this cell begin
+        parent = getattr(shell, "parent_header", None) or {}
+        _cell[0] = str(parent.get("metadata", {}).get("cellId", ""))
+    _shown.setdefault(_cell[0], weakref.WeakSet()).add(widget)
+
+
+def _before_cell(info) -> None:
+    """When a cell runs again, free the models of the scenes that only its old output showed."""
+    _cell[0] = str(getattr(info, "cell_id", "") or "")
+    for widget in _shown.pop(_cell[0], ()) if _cell[0] else ():
+        if not any(widget in others for others in _shown.values()):
+            widget.close()
