@@ -200,7 +200,8 @@ class NotebookPage:
         folder.mkdir(parents=True, exist_ok=True)
         area = ".jp-WindowedPanel-outer"
         width, before = self.page.viewport_size["width"], self.page.viewport_size["height"]
-        total = self.page.eval_on_selector(area, "e => e.scrollHeight")
+        end = "e => e.scrollTop + [...e.querySelectorAll('.jp-Cell')].pop().getBoundingClientRect().bottom"
+        total = int(self.page.eval_on_selector(area, f"{end} - e.getBoundingClientRect().top"))
         chrome = before - self.page.eval_on_selector(area, "e => e.clientHeight")
         self.page.set_viewport_size({"width": width, "height": piece + chrome})
         self.page.wait_for_timeout(1000)

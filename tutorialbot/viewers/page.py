@@ -4,7 +4,7 @@ from base64 import b64encode
 from html import escape
 
 from tutorialbot.viewers.log import Key, pack
-from tutorialbot.viewers.widget import front_end
+from tutorialbot.viewers.widget import front_end, script
 
 TEMPLATE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title>
@@ -15,15 +15,8 @@ TEMPLATE = """<!DOCTYPE html>
 <script type="application/octet-stream" id="code">{code}</script>
 <script type="application/octet-stream" id="data">{data}</script>
 <script type="module">
-const bytes = (id) => Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
-const stream = new Blob([bytes("code")]).stream().pipeThrough(new DecompressionStream("gzip"));
-const parts = JSON.parse(await new Response(stream).text());
-const load = (source) => {{
-  const module = {{ exports: {{}} }};
-  new Function("module", "exports", "define", source).call(globalThis, module, module.exports, undefined);
-  return module.exports;
-}};
-const api = load(parts.core)(load(parts.meshcat));
+{unpack}const bytes = (id) => Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
+const api = await unpackFrontEnd(bytes("code"));
 const store = new api.Store(() => {{}});
 await store.load(bytes("data"));
 new api.SceneView(document.getElementById("scene"), store);
@@ -34,7 +27,7 @@ new api.SceneView(document.getElementById("scene"), store);
 def build(view: dict, entries: dict[Key, bytes], title: str) -> str:
     """Return the page of the commands `entries`, seen as `view` says; it fills its window."""
     data = pack({"sequence": 0, "view": {**view, "height": None}}, entries)
-    texts = {"code": b64encode(front_end()).decode(), "data": b64encode(data).decode()}
+    texts = {"unpack": script("unpack"), "code": b64encode(front_end()).decode(), "data": b64encode(data).decode()}
     return TEMPLATE.format(title=escape(title), **texts)
 
 

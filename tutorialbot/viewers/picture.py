@@ -21,31 +21,45 @@ class _Canvas:
         self.colour = np.broadcast_to((1 - share) * TOP + share * BOTTOM, (height, width, 3)).copy()
         self.near = np.zeros((height, width))
 
-    def triangle(self, points: np.ndarray, near: np.ndarray, shades: np.ndarray, alpha: float) -> None:
-        """Fill a triangle: pixel points (3, 2), inverse distances (3,), colours of the corners (3, 3)."""
+    def fill(self, points: np.ndarray, near: np.ndarray, shades: np.ndarray, alpha: float = 1.0) -> None:
+        """Fill triangles, nearest wins: pixel points (m, 3, 2), inverse distances (m, 3), colours (m, 3, 3)."""
         height, width = self.near.shape
-        low = np.maximum(np.floor(points.min(0)), 0).astype(int)
-        high = np.minimum(np.ceil(points.max(0)) + 1, (width, height)).astype(int)
-        if (high <= low).any():
-            return
-        (ax, ay), (bx, by), (cx, cy) = points
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        if abs(area) < 1e-9:
-            return
-        x, y = np.arange(low[0], high[0]) + 0.5, (np.arange(low[1], high[1]) + 0.5)[:, None]
-        u = ((by - cy) * (x - cx) + (cx - bx) * (y - cy)) / area
-        v = ((cy - ay) * (x - cx) + (ax - cx) * (y - cy)) / area
-        w = 1.0 - u - v
-        depth = u * near[0] + v * near[1] + w * near[2]
-        window = np.s_[low[1] : high[1], low[0] : high[0]]
-        inside = (u >= 0) & (v >= 0) & (w >= 0) & (depth > self.near[window])
-        if not inside.any():
-            return
-        colour = np.stack([u[inside], v[inside], w[inside]], -1) @ shades
-        target = self.colour[window]
-        target[inside] = alpha * colour + (1.0 - alpha) * target[inside]
+        low = np.floor(points.min(1)).clip(0, (width, height)).astype(int)
+        size = (np.ceil(points.max(1)).clip(0, (width, height)).astype(int) - low).max(1)
+        edge_b, edge_c = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
+        area = edge_b[:, 0] * edge_c[:, 1] - edge_b[:, 1] * edge_c[:, 0]
+        good = (size > 0) & (np.abs(area) > 1e-9) & (near.min(1) > 0.0)
+        smallest, reach = 0, 4
+        while smallest < max(width, height):  # triangles of like size together, as windows of reach x reach pixels
+            chosen = np.flatnonzero(good & (size > smallest) & (size <= reach))
+            many = max(1, 2_000_000 // reach**2)
+            for start in range(0, len(chosen), many):
+                some = chosen[start : start + many]
+                self._windows(points[some], near[some], shades[some], area[some], low[some], reach, alpha)
+            smallest, reach = reach, 2 * reach
+
+    def _windows(self, points, near, shades, area, low, reach: int, alpha: float) -> None:
+        height, width = self.near.shape
+        x = low[:, 0, None, None] + np.arange(reach)
+        y = low[:, 1, None, None] + np.arange(reach)[:, None]
+        (ax, ay), (bx, by), (cx, cy) = points.transpose(1, 2, 0)[..., None, None]
+        u = ((by - cy) * (x + 0.5 - cx) + (cx - bx) * (y + 0.5 - cy)) / area[:, None, None]
+        v = ((cy - ay) * (x + 0.5 - cx) + (ax - cx) * (y + 0.5 - cy)) / area[:, None, None]
+        which, row, column = np.nonzero((u >= 0) & (v >= 0) & (u + v <= 1) & (x < width) & (y < height))
+        weights = np.stack([u[which, row, column], v[which, row, column]], -1)
+        weights = np.concatenate([weights, 1.0 - weights.sum(1, keepdims=True)], 1)
+        depth = (weights * near[which]).sum(1)
+        pixel = y[which, row, 0] * width + x[which, 0, column]
+        order = np.argsort(depth, kind="stable")
+        winner = np.full(height * width, -1)
+        winner[pixel[order]] = order  # of several on one pixel the last written, the nearest, stays
+        order = winner[winner >= 0]
+        order = order[depth[order] > self.near.ravel()[pixel[order]]]
+        colour = np.einsum("ij,ijk->ik", weights[order], shades[which[order]])
+        flat, target = self.colour.reshape(-1, 3), pixel[order]
+        flat[target] = alpha * colour + (1.0 - alpha) * flat[target]
         if alpha > 0.95:
-            self.near[window][inside] = depth[inside]
+            self.near.reshape(-1)[target] = depth[order]
 
 
 def _shaded(normals: np.ndarray, rgba: np.ndarray) -> np.ndarray:
@@ -72,19 +86,19 @@ class _Camera:
         return self.middle + self.scale * np.stack([x * near, -y * near], -1), near
 
 
-def _draw(canvas: _Canvas, camera: _Camera, solid: Solid) -> None:
+def _faces(camera: _Camera, solid: Solid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the triangles of a solid for the canvas: pixel points, inverse distances, colours of the corners."""
     points, near = camera.project(solid.vertices)
     corners = solid.vertices[solid.faces]
     flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     flat = flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12)
     away = np.einsum("ij,ij->i", flat, corners[:, 0] - camera.eye) > 0.0
     flat[away] *= -1.0
-    shades = None if solid.normals is None else _shaded(solid.normals, solid.rgba)
-    own = _shaded(flat, solid.rgba)
-    for i, face in enumerate(solid.faces):
-        if near[face].min() > 0.0 and not (away[i] and solid.normals is not None and solid.rgba[3] < 1.0):
-            shade = np.repeat(own[i : i + 1], 3, 0) if shades is None or away[i] else shades[face]
-            canvas.triangle(points[face], near[face], shade, solid.rgba[3])
+    shades = np.repeat(_shaded(flat, solid.rgba)[:, None], 3, 1)
+    if solid.normals is not None:
+        shades = np.where(away[:, None, None], shades, _shaded(solid.normals, solid.rgba)[solid.faces])
+    front = ~away | (solid.rgba[3] >= 1.0)  # of a ghost only the side that faces the eye
+    return points[solid.faces[front]], near[solid.faces[front]], shades[front]
 
 
 def _draw_lines(canvas: _Canvas, camera: _Camera, solid: Solid) -> None:
@@ -105,33 +119,35 @@ def _draw_lines(canvas: _Canvas, camera: _Camera, solid: Solid) -> None:
 
 def _draw_floor(canvas: _Canvas, camera: _Camera, view: dict, content: list[Solid]) -> None:
     """Draw, on the canvas that holds no content yet, the grid of the floor and the shadow of `content` on it."""
-    height, width = canvas.near.shape
+    height, width = (n // SAMPLES for n in canvas.near.shape)
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    rays = np.stack([(x - camera.middle[0]), -(y - camera.middle[1]), np.full_like(x, camera.scale)], -1)
-    rays = rays / camera.scale @ camera.axes
+    scale, middle = camera.scale / SAMPLES, camera.middle / SAMPLES
+    rays = np.stack([(x - middle[0]) / scale, (middle[1] - y) / scale, np.ones_like(x)], -1) @ camera.axes
     level, radius = view["floor"], view["radius"]
     reach = (level - camera.eye[2]) / np.where(np.abs(rays[..., 2]) > 1e-9, rays[..., 2], 1e-9)
     place = camera.eye[:2] + reach[..., None] * rays[..., :2]
-    far = np.linalg.norm(place - np.array(view["center"][:2]), axis=-1) / (4.5 * radius)
-    fade = np.where(reach > 0.0, np.clip(1.0 - (far - 0.25) / 0.75, 0.0, 1.0), 0.0)
+    far = np.hypot(*np.moveaxis(place - np.array(view["center"][:2]), -1, 0)) / (4.5 * radius)
+    fade = np.where(reach > 0.0, np.clip((1.0 - far) / 0.75, 0.0, 1.0), 0.0)
     step = 10 ** round(np.log10(radius / 2)) / 2
-    pixel = np.abs(reach) / camera.scale * SAMPLES / np.maximum(np.abs(rays[..., 2:3]), 0.05)[..., 0]
+    pixel = np.abs(reach) / scale / np.maximum(np.abs(rays[..., 2]), 0.05)
+    clear = np.ones_like(x)
     for size in (step, 5 * step):
         away = np.abs((place / size - 0.5) % 1.0 - 0.5).min(-1) * size
-        ink = (0.22 * fade * np.clip(1.2 - away / np.maximum(pixel, 1e-9), 0.0, 1.0))[..., None]
-        canvas.colour[:] = (1 - ink) * canvas.colour + ink * np.array([0.45, 0.5, 0.58])
-    mask = _Canvas(width, height)
+        clear *= 1.0 - 0.22 * fade * np.clip(1.2 - away / np.maximum(pixel, 1e-9), 0.0, 1.0)
+    clear = np.repeat(np.repeat(clear, SAMPLES, 0), SAMPLES, 1)[..., None]
+    canvas.colour[:] = clear * canvas.colour + (1.0 - clear) * np.array([0.45, 0.5, 0.58])
+    cast = [s for s in content if s.rgba[3] >= 0.5 and len(s.faces)]
+    if not cast or camera.eye[2] <= level:
+        return
+    mask = _Canvas(*canvas.near.shape[::-1])
     mask.colour[:] = 0.0
-    for solid in content:
-        if solid.rgba[3] < 0.5 or not len(solid.faces):
-            continue
-        lifted = solid.vertices - (solid.vertices[:, 2:] - level) * KEY_LIGHT / KEY_LIGHT[2]
-        points, near = camera.project(lifted)
-        for face in solid.faces:
-            if near[face].min() > 0.0 and solid.vertices[face, 2].max() > level:
-                mask.triangle(points[face], np.ones(3), np.ones((3, 3)), 1.0)
-    dark = 0.16 * mask.colour[..., :1] * (camera.eye[2] > level)
-    canvas.colour[:] *= 1.0 - dark
+    parts = []
+    for solid in cast:
+        points, near = camera.project(solid.vertices - (solid.vertices[:, 2:] - level) * KEY_LIGHT / KEY_LIGHT[2])
+        faces = solid.faces[solid.vertices[solid.faces, 2].max(1) > level]
+        parts.append((points[faces], near[faces], np.ones((len(faces), 3, 3))))
+    mask.fill(*map(np.concatenate, zip(*parts, strict=True)))
+    canvas.colour *= 1.0 - 0.16 * mask.colour[..., :1]
 
 
 def png(entries: dict[Key, bytes], view: dict, width: int, height: int, field_of_view: float) -> bytes:
@@ -140,10 +156,14 @@ def png(entries: dict[Key, bytes], view: dict, width: int, height: int, field_of
     camera = _Camera(view["camera"], view["target"], field_of_view, SAMPLES * width, SAMPLES * height)
     content = solids(entries)
     _draw_floor(canvas, camera, view, content)
-    for solid in sorted(content, key=lambda s: -s.rgba[3]):  # what is transparent comes last
-        _draw(canvas, camera, solid)
+    solid_ones = [_faces(camera, s) for s in content if s.rgba[3] >= 1.0 and len(s.faces)]
+    if solid_ones:
+        canvas.fill(*map(np.concatenate, zip(*solid_ones, strict=True)))
+    for solid in content:  # what is transparent comes after what is not
         if solid.lines is not None:
             _draw_lines(canvas, camera, solid)
+        elif solid.rgba[3] < 1.0 and len(solid.faces):
+            canvas.fill(*_faces(camera, solid), solid.rgba[3])
     fine = canvas.colour.reshape(height, SAMPLES, width, SAMPLES, 3).mean(axis=(1, 3))
     buffer = io.BytesIO()
     Image.fromarray((255.0 * np.clip(fine, 0.0, 1.0)).round().astype(np.uint8)).save(buffer, "PNG", optimize=True)

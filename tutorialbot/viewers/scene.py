@@ -1,5 +1,6 @@
 """A meshcat scene that records its commands, and shows itself live, as an HTML page or as a picture."""
 
+import io
 import os
 import weakref
 from dataclasses import dataclass
@@ -9,15 +10,18 @@ import meshcat
 import meshcat.geometry as mg
 import numpy as np
 import pinocchio
+from PIL import Image
 
 from tutorialbot.errors import InvalidType, InvalidValue, finite_array, one_of, positive, whole_number
 from tutorialbot.viewers import page, picture, shapes
 from tutorialbot.viewers.log import CommandLog
-from tutorialbot.viewers.solids import bounds
+from tutorialbot.viewers.solids import boxes
 from tutorialbot.viewers.widget import SceneWidget, note_use
 
 DIRECTION = np.array([1.0, -1.05, 0.55])  # from the scene's middle to the camera, where no camera is given
 FIELD_OF_VIEW = np.deg2rad(32.0)  # vertical
+NARROWEST = 1.6  # width over height of a view that still shows everything
+MARGIN = 1.16  # room left around the content
 SHOWN_AS = ("live", "html", "png")
 
 
@@ -32,15 +36,24 @@ class Look:
 
     def header(self) -> dict:
         """Return height [px], camera and target (3,) [m], and the extent of the content (center, radius, floor)."""
-        low, high = bounds(self.log.entries)
+        content = boxes(self.log.entries)
+        low, high = content[:, 0].min(0), content[:, 1].max(0)
         center, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
-        distance = 0.98 * radius / np.sin(FIELD_OF_VIEW / 2)
         target = center if self.target is None else np.array(self.target)
-        camera = target + distance * DIRECTION / np.linalg.norm(DIRECTION)
-        camera = camera if self.camera is None else np.array(self.camera)
+        camera = fitting_eye(content, target) if self.camera is None else np.array(self.camera)
         places = {"camera": camera, "target": target, "center": center}
         rounded = {name: [round(float(x), 4) for x in place] for name, place in places.items()}
         return {"height": self.height, "radius": round(radius, 4), "floor": min(0.0, float(low[2])), **rounded}
+
+
+def fitting_eye(boxes: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Return the nearest place (3,) in DIRECTION from `target` (3,) that sees all `boxes` (n, 2, 3) and some margin."""
+    corners = np.stack([boxes[:, [i, j, k], [0, 1, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]).reshape(-1, 3)
+    back = DIRECTION / np.linalg.norm(DIRECTION)
+    side = np.cross([0.0, 0.0, 1.0], back) / np.linalg.norm(back[:2])
+    x, y, z = ((corners - target) @ np.stack([side, np.cross(back, side), back], -1)).T
+    steep = np.tan(FIELD_OF_VIEW / 2)
+    return target + back * max(0.1, float((z + MARGIN * np.maximum(abs(y), abs(x) / NARROWEST) / steep).max()))
 
 
 class Scene:
@@ -134,6 +147,10 @@ class Scene:
                 self[f"{name}/{axis}"].set_object(part.object)
                 self[f"{name}/{axis}"].set_transform(part.pose)
             self[name].set_transform(pose)
+
+    def get_image(self, width: int | None = None, height: int | None = None) -> Image.Image:
+        """Return the still picture as a PIL image (pinocchio's visualizer calls this; a live view cannot be asked)."""
+        return Image.open(io.BytesIO(self.png(width=width or 960, height=height)))
 
     @property
     def widget(self) -> SceneWidget:

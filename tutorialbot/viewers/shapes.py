@@ -137,16 +137,37 @@ def rotation_from_wxyz(quaternion: np.ndarray) -> np.ndarray:
     return matrix.reshape(3, 3)
 
 
-def mujoco_mesh(model: mujoco.MjModel, mesh: int) -> NormalMesh:
-    """Return a mesh of a MuJoCo model in its geom's frame, with the normals that MuJoCo computed or read."""
-    def rows(name: str, kind: str) -> np.ndarray:
-        start, count = getattr(model, f"mesh_{kind}adr")[mesh], getattr(model, f"mesh_{kind}num")[mesh]
-        return getattr(model, name)[start : start + count]
+def creased(vertices: np.ndarray, faces: np.ndarray) -> NormalMesh:
+    """Return a mesh of vertices (n, 3) and faces (m, 3) that is smooth, but sharp where faces meet at over 40 degrees.
 
-    corners = np.stack([rows("mesh_face", "face").ravel(), rows("mesh_facenormal", "face").ravel()], -1)
-    pairs, index = np.unique(corners, axis=0, return_inverse=True)
-    vertices, normals = rows("mesh_vert", "vert")[pairs[:, 0]], rows("mesh_normal", "normal")[pairs[:, 1]]
-    return NormalMesh(vertices, index.reshape(-1, 3), normals)
+    (MuJoCo keeps normals of its own, but averages them over edges of boxes too.)
+    """
+    places, merged = np.unique(np.round(vertices, 7), axis=0, return_inverse=True)
+    faces = merged.reshape(-1)[faces]
+    sides = places[faces]
+    weighted = np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0])
+    sizes = np.linalg.norm(weighted, axis=1)
+    faces, weighted, sizes = faces[sizes > 0.0], weighted[sizes > 0.0], sizes[sizes > 0.0]
+    flat, corner = weighted / sizes[:, None], faces.ravel()  # corner k belongs to face k // 3
+    order = np.argsort(corner, kind="stable")
+    count = np.bincount(corner, minlength=len(places))
+    first = np.concatenate([[0], np.cumsum(count)])[corner]
+    mine = np.repeat(np.arange(len(corner)), count[corner])  # each corner paired with all corners on its vertex
+    within = np.arange(len(mine)) - np.repeat(np.cumsum(count[corner]) - count[corner], count[corner])
+    other = order[first[mine] + within] // 3
+    like = (flat[mine // 3] * flat[other]).sum(1) > np.cos(np.deg2rad(40.0))
+    normals = np.zeros((len(corner), 3))
+    np.add.at(normals, mine[like], weighted[other[like]])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    rows, index = np.unique(np.hstack([corner[:, None], np.round(normals, 4)]), axis=0, return_inverse=True)
+    return NormalMesh(places[rows[:, 0].astype(int)], index.reshape(-1, 3), rows[:, 1:])
+
+
+def mujoco_mesh(model: mujoco.MjModel, mesh: int) -> NormalMesh:
+    """Return a mesh of a MuJoCo model in its geom's frame."""
+    vertex, face = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
+    vertices = model.mesh_vert[vertex : vertex + model.mesh_vertnum[mesh]]
+    return creased(vertices, model.mesh_face[face : face + model.mesh_facenum[mesh]])
 
 
 def mujoco_colour(model: mujoco.MjModel, geom: int) -> mg.MeshPhongMaterial:
@@ -214,7 +235,8 @@ def pinocchio_part(geometry, opacity: float) -> Part:
     elif isinstance(shape, coal.Ellipsoid):
         drawn = Ball([float(r) for r in shape.radii])
     elif isinstance(shape, coal.ConvexBase | coal.BVHModelBase):
-        drawn, scale = loadMesh(shape), np.eye(4)  # the vertices in memory are scaled already
+        mesh, scale = loadMesh(shape), np.eye(4)  # the vertices in memory are scaled already
+        drawn = creased(mesh.vertices, mesh.faces)
     else:
         raise InvalidValue(f"geometry {geometry.name!r}", type(shape).__name__, "a primitive shape or a mesh")
     rgba = np.array(geometry.meshColor, dtype=float).ravel()
@@ -229,7 +251,7 @@ def rgba(color: int | tuple[float, ...], alpha: float = 1.0) -> tuple[float, ...
         return tuple(((int(color) >> shift) & 255) / 255.0 for shift in (16, 8, 0)) + (alpha,)
     try:
         numbers = tuple(float(c) for c in color)
-    except TypeError:
+    except (TypeError, ValueError):
         numbers = ()
     if len(numbers) not in (3, 4) or not all(0.0 <= c <= 1.0 for c in numbers):
         raise InvalidValue("color", color, "0xRRGGBB or three or four numbers in 0..1")

@@ -9,7 +9,7 @@ from tutorialbot.viewers import shapes
 from tutorialbot.viewers.log import Key
 
 DTYPES = {0x12: np.uint8, 0x15: np.int32, 0x16: np.uint32, 0x17: np.float32}
-EMPTY = (np.array([0.0, 0.0, 0.0]), np.array([1.0, 1.0, 1.0]))
+EMPTY = np.array([[[-0.5, -0.5, 0.0], [0.5, 0.5, 1.0]]])  # what an empty scene makes room for [m]
 BACKDROP = 15.0  # what is larger than this [m] does not count as content while something smaller is there
 
 
@@ -17,6 +17,7 @@ BACKDROP = 15.0  # what is larger than this [m] does not count as content while 
 class Solid:
     """Triangles of one object: vertices and normals (n, 3) in the world, faces (m, 3), rgba; lines have no faces."""
 
+    path: str
     vertices: np.ndarray
     normals: np.ndarray | None
     faces: np.ndarray
@@ -79,13 +80,13 @@ def solids(entries: dict[Key, bytes]) -> list[Solid]:
     for (kind, path, _), body in entries.items():
         shown = path.startswith("/meshcat") and not any(path == h or path.startswith(h + "/") for h in hidden)
         if kind == "set_object" and shown:
-            solid = _solid(umsgpack.unpackb(body)["object"], _node_pose(path, transforms))
+            solid = _solid(path, umsgpack.unpackb(body)["object"], _node_pose(path, transforms))
             if solid is not None:
                 result.append(solid)
     return result
 
 
-def _solid(lowered: dict, pose: np.ndarray) -> Solid | None:
+def _solid(path: str, lowered: dict, pose: np.ndarray) -> Solid | None:
     kind, geometries = lowered["object"]["type"], lowered.get("geometries")
     if not geometries or "type" not in geometries[0]:
         return None
@@ -99,7 +100,7 @@ def _solid(lowered: dict, pose: np.ndarray) -> Solid | None:
             pairs = np.stack([points[:-1], points[1:]], 1)
         elif kind == "Points":
             pairs = np.stack([points, points], 1)
-        return Solid(points, None, np.empty((0, 3), int), rgba, pairs)
+        return Solid(path, points, None, np.empty((0, 3), int), rgba, pairs)
     triangles = _triangles(geometries[0])
     if triangles is None:
         return None
@@ -107,30 +108,34 @@ def _solid(lowered: dict, pose: np.ndarray) -> Solid | None:
     if normals is not None:
         normals = normals @ np.linalg.inv(pose[:3, :3])
         normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    return Solid(vertices @ pose[:3, :3].T + pose[:3, 3], normals, faces, rgba)
+    return Solid(path, vertices @ pose[:3, :3].T + pose[:3, 3], normals, faces, rgba)
 
 
-def bounds(entries: dict[Key, bytes]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and highest corner (3,) [m] of everything, with the places that an animation goes through."""
-    clouds = [s.vertices for s in solids(entries) if len(s.vertices)]
-    boxes = np.array([(c.min(0), c.max(0)) for c in clouds]).reshape(-1, 2, 3)
-    small = boxes[np.ptp(boxes, axis=1).max(axis=1) < BACKDROP]
-    boxes = small if len(small) else boxes
-    places = _animated_places(entries)
-    if len(places):
-        boxes = np.concatenate([boxes, [(places.min(0), places.max(0))]])
-    return (boxes[:, 0].min(0), boxes[:, 1].max(0)) if len(boxes) else EMPTY
+def boxes(entries: dict[Key, bytes]) -> np.ndarray:
+    """Return the lowest and highest corner of each object, (n, 2, 3) [m], over the whole of a recorded animation."""
+    content = [s for s in solids(entries) if len(s.vertices)]
+    reach = _reach(entries)
+    found = []
+    for solid in content:
+        low, high = next((r for path, r in reach.items() if solid.path.startswith(path + "/")), np.zeros((2, 3)))
+        found.append((solid.vertices.min(0) + low, solid.vertices.max(0) + high))
+    every = np.array(found).reshape(-1, 2, 3)
+    small = every[np.ptp(every, axis=1).max(axis=1) < BACKDROP]
+    every = small if len(small) else every
+    return every if len(every) else EMPTY
 
 
-def _animated_places(entries: dict[Key, bytes]) -> np.ndarray:
-    """Return the positions (n, 3) in the world that the nodes of the recorded animations pass."""
-    transforms, found = _transforms(entries), [np.empty((0, 3))]
+def _reach(entries: dict[Key, bytes]) -> dict[str, np.ndarray]:
+    """Return how far (2, 3) [m] the recorded animation moves each of its nodes down and up each axis of the world."""
+    transforms, found = _transforms(entries), {}
     for key, body in entries.items():
         for animation in umsgpack.unpackb(body)["animations"] if key[0] == "set_animation" else ():
-            parent = _node_pose(animation["path"].rpartition("/")[0], transforms)
+            path = animation["path"]
+            parent, here = _node_pose(path.rpartition("/")[0], transforms), _node_pose(path, transforms)[:3, 3]
             for track in animation["clip"]["tracks"]:
                 if track["name"] == ".position":
                     values = track.get("values")
                     flat = [k["value"] for k in track["keys"]] if values is None else np.frombuffer(values.data, "<f4")
-                    found.append(np.reshape(flat, (-1, 3)) @ parent[:3, :3].T + parent[:3, 3])
-    return np.concatenate(found)
+                    places = np.reshape(flat, (-1, 3)) @ parent[:3, :3].T + parent[:3, 3] - here
+                    found[path] = np.array([places.min(0), places.max(0)])
+    return found

@@ -1,5 +1,7 @@
 """Robots in a scene: MuJoCo models, pinocchio models, and motions that the front end plays by itself."""
 
+from collections.abc import Iterable
+
 import meshcat.animation as ma
 import meshcat.commands
 import mujoco
@@ -7,7 +9,7 @@ import numpy as np
 import pinocchio
 import umsgpack
 
-from tutorialbot.errors import InvalidType, InvalidValue, finite_array, finite_number, positive
+from tutorialbot.errors import InvalidType, InvalidValue, finite_array, finite_number, positive, whole_number
 from tutorialbot.viewers import shapes
 from tutorialbot.viewers.scene import Scene, pose_of
 
@@ -80,7 +82,10 @@ class MujocoView(_View):
     def __init__(self, model, scene=None, groups=(0, 1, 2), prefix="robot", offset=None, opacity=1.0):
         if not isinstance(model, mujoco.MjModel):
             raise InvalidType("model", model, "a mujoco.MjModel")
+        if not isinstance(groups, Iterable):
+            raise InvalidType("groups", groups, "numbers of geom groups, such as (0, 1, 2)")
         super().__init__(scene, prefix, offset, opacity)
+        groups = {whole_number("groups", group) for group in groups}
         self.model, self._data, self._bodies = model, mujoco.MjData(model), []
         nodes = {}
         for body in range(model.nbody):

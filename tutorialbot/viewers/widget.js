@@ -1,19 +1,7 @@
 // Glue between one Jupyter widget and the drawing code (core.js), which the page keeps once for all scenes.
-// A module of its own is made for every scene, so this file is small.
+// A module of its own is made for every scene, so this file is small. unpackFrontEnd (unpack.js) stands before it.
 
 const page = (globalThis[Symbol.for("tutorialbot.viewers")] ??= new Map());
-
-async function unpackFrontEnd(bytes) {
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  const parts = JSON.parse(await new Response(stream).text());
-  const load = (source) => {
-    const module = { exports: {} };
-    // The body of a plain function, with no `define`: meshcat's bundle then takes its CommonJS branch.
-    new Function("module", "exports", "define", source).call(globalThis, module, module.exports, undefined);
-    return module.exports;
-  };
-  return load(parts.core)(load(parts.meshcat));
-}
 
 function core(model) {
   const hash = model.get("front_end_hash");

@@ -18,14 +18,18 @@ from IPython import get_ipython
 from tutorialbot.viewers.log import CommandLog, pack
 
 FRAME = 1.0 / 60.0  # shortest time between two messages [s]
-HERE = Path(__file__).parent
+
+
+def script(name: str) -> str:
+    """Return one of this package's JavaScript files."""
+    return (Path(__file__).parent / f"{name}.js").read_text(encoding="utf-8")
 
 
 @cache
 def front_end() -> bytes:
     """Return, gzipped, the JavaScript that draws: meshcat's own viewer from the installed package, and our part."""
     bundle = Path(meshcat.viewer_assets_path()) / "dist" / "main.min.js"
-    parts = {"meshcat": bundle.read_text(encoding="utf-8"), "core": (HERE / "core.js").read_text(encoding="utf-8")}
+    parts = {"meshcat": bundle.read_text(encoding="utf-8"), "stage": script("stage"), "core": script("core")}
     return compress(dumps(parts, ensure_ascii=False).encode(), 9, mtime=0)
 
 
@@ -40,7 +44,7 @@ class FrontEnd(anywidget.AnyWidget):
 class SceneWidget(anywidget.AnyWidget):
     """One scene on a page. Made by `Scene.widget`; it holds no reference to the scene, so the scene can be freed."""
 
-    _esm = HERE / "widget.js"
+    _esm = script("unpack") + script("widget")
     front_end = traitlets.Unicode().tag(sync=True)
     front_end_hash = traitlets.Unicode().tag(sync=True)
     snapshot = traitlets.Bytes().tag(sync=True)
