@@ -1,5 +1,8 @@
 """Random numbers: one way in, so that the same seed gives the same result."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 
 from tutorialbot.errors import whole_number
@@ -8,3 +11,14 @@ from tutorialbot.errors import whole_number
 def make_rng(seed: int, *stream: int) -> np.random.Generator:
     """Return a generator for `seed` (whole number >= 0); `stream` numbers name independent streams of that seed."""
     return np.random.default_rng([whole_number("seed", seed), *stream])
+
+
+@contextmanager
+def numpy_global(rng: np.random.Generator) -> Iterator[None]:
+    """Seed numpy's global generator from `rng` inside the block, and put it back afterwards: DEAP's CMA-ES draws from it."""
+    before = np.random.get_state()  # noqa: NPY002
+    np.random.seed(int(rng.integers(2**32)))  # noqa: NPY002
+    try:
+        yield
+    finally:
+        np.random.set_state(before)  # noqa: NPY002

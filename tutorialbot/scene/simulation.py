@@ -41,16 +41,18 @@ class Settings:
     torque_limit: float = 8.0
     open_angle: float = np.pi / 2
     timestep: float = 0.002
-    control_period: float = 0.01
+    control_period: float = 0.04  # of the outer loop: one joint target each
+    sensor_period: float = 0.01  # of the set points and of the look at the wrist sensor
     force_noise: float = 0.0
     torque_noise: float = 0.0
     tare: bool = True
 
     def __post_init__(self):
-        for name in ("stiffness", "force_limit", "torque_limit", "timestep", "control_period"):
+        for name in ("stiffness", "force_limit", "torque_limit", "timestep"):
             positive(name, getattr(self, name))
         finite_number("open_angle", self.open_angle, 0.0, np.pi, above=True)
-        finite_number("control_period", self.control_period, self.timestep)
+        finite_number("sensor_period", self.sensor_period, self.timestep)
+        finite_number("control_period", self.control_period, self.sensor_period)
         for name in ("force_noise", "torque_noise"):
             finite_number(name, getattr(self, name), 0.0)
 
@@ -141,7 +143,8 @@ class DoorSimulation:
         self._wrist = model.site("wrist").id
         self._weight = float(model.body_mass[hand]) * -model.opt.gravity[2]
         self._center = model.body_ipos[hand] - model.site("wrist").pos
-        self._substeps = max(1, round(self.settings.control_period / self.settings.timestep))
+        self._substeps = max(1, round(self.settings.sensor_period / self.settings.timestep))
+        self._looks = max(1, round(self.settings.control_period / (self._substeps * self.settings.timestep)))
         self.watch: list[tuple[float, float, float]] | None = None  # (time, hinge, lever), when somebody wants to see
         self.reset()
 
@@ -208,31 +211,37 @@ class DoorSimulation:
         With `stop` the move ends at the first reading beyond the force or torque limit ("collision"). It always ends when
         the door is open ("opened"), and as "failed" when the simulation warns, resets itself or leaves the finite numbers.
         """
-        settings, data = self.settings, self.data
-        period = self._substeps * settings.timestep
+        period = self._substeps * self.settings.timestep
         readings, joints, outcome = [], [], "finished"
         for goal in targets:
-            self._command(goal, period)
-            mujoco.mj_step(self.model, data, self._substeps)
-            self._switch_latch()
-            wrench = self._read_wrench()
-            readings.append(wrench)
-            joints.append(data.qpos[self._qpos])
-            if self.watch is not None:
-                self.watch.append((data.time, self.hinge_angle, self.lever_angle))
-            force, torque = math.hypot(*wrench[:3]), math.hypot(*wrench[3:])
-            if not math.isfinite(force + torque):
+            before, lead = self._reference, self._command(goal, self._looks * period)
+            for look in range(1, self._looks + 1):
+                self.data.ctrl[self._ctrl] = before + (look / self._looks) * (self._reference - before) + lead
+                mujoco.mj_step(self.model, self.data, self._substeps)
+                self._switch_latch()
+                readings.append(self._read_wrench())
+                joints.append(self.data.qpos[self._qpos])
+                if self.watch is not None:
+                    self.watch.append((self.data.time, self.hinge_angle, self.lever_angle))
+                outcome = self._judge(readings[-1], stop)
+                if outcome != "finished":
+                    break
+            if outcome != "finished":
                 break
-            if data.qpos[self._hinge] >= settings.open_angle:
-                outcome = "opened"
-                break
-            if stop and (force > settings.force_limit or torque > settings.torque_limit):
-                outcome = "collision"
-                break
-        if data.warning.number.any() or not np.isfinite(data.qpos).all():
+        if self.data.warning.number.any() or not np.isfinite(self.data.qpos).all():
             outcome = "failed"
         times = period * np.arange(1, len(readings) + 1)
-        return Trace(times, np.array(readings).reshape(-1, 6), np.array(joints).reshape(-1, len(MOVING)), outcome, float(period * len(readings)))
+        return Trace(times, np.array(readings).reshape(-1, 6), np.array(joints).reshape(-1, len(MOVING)), outcome, period * len(readings))
+
+    def _judge(self, wrench: list[float], stop: bool) -> str:
+        """Return how the move stands after a reading: one of OUTCOMES, "finished" while nothing has happened."""
+        force, torque = math.hypot(*wrench[:3]), math.hypot(*wrench[3:])
+        if not math.isfinite(force + torque):
+            return "failed"
+        if self.data.qpos[self._hinge] >= self.settings.open_angle:
+            return "opened"
+        over = force > self.settings.force_limit or torque > self.settings.torque_limit
+        return "collision" if stop and over else "finished"
 
     def relax(self, seconds: float) -> None:
         """Command the robot to stay where it is, and let contact forces die away."""
@@ -240,8 +249,8 @@ class DoorSimulation:
         goal = self._reference.copy()
         self.follow((goal for _ in range(round(seconds / self.settings.control_period))), stop=False)
 
-    def _command(self, goal: np.ndarray, period: float) -> None:
-        """One tick of the outer loop: trapezoids, then casters, then the set points of the inner PID loops."""
+    def _command(self, goal: np.ndarray, period: float) -> np.ndarray:
+        """One tick of the outer loop: trapezoids, then casters; return the lead (9,) of the inner loops' set points."""
         before = self._reference
         self._reference, self._velocity = control.trapezoid_step(before, self._velocity, goal, SPEED, ACCELERATION, period)
         x, y, turn = self._velocity[:3].tolist()
@@ -252,14 +261,14 @@ class DoorSimulation:
             if factor < 1.0:  # the casters cannot turn that fast: the base goes the same way, slower
                 self._velocity[:3] *= factor
                 self._reference[:3] = before[:3] + period * self._velocity[:3]
-        self.data.ctrl[self._ctrl] = self._reference + self._lead * self._velocity
         self.data.ctrl[self._steer_ctrl] = self._steer
         self.data.ctrl[self._drive_ctrl] = self._drive
+        return self._lead * self._velocity
 
     def _roll(self, vx: float, vy: float, turn: float, period: float) -> float:
         """Roll the casters under a twist in the base's frame; return the share of it that their rate limits allow.
 
-        The equations of `control.to_casters`, written out for plain floats: this runs 400 times a trial.
+        The equations of `control.to_casters`, written out for plain floats: this runs 100 times a trial.
         """
         rates = []
         for caster, steer in zip(CASTERS, self._steer, strict=True):
