@@ -4,7 +4,7 @@ The robot knows time, force, torque and its own pose. Nothing here reads the doo
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from tutorialbot import robots
 from tutorialbot.bo.space import SearchSpace
 from tutorialbot.errors import InvalidValue
 from tutorialbot.ik import prioritized
@@ -21,6 +22,8 @@ from tutorialbot.scene.simulation import MOVING, DoorSimulation, Settings, Trace
 from tutorialbot.trajectory import PoseTrajectory
 
 NOMINAL = np.array([0.0, 0.0, 0.0, 0.0, 0.87, -1.66, 0.0, 0.79, 0.0])  # of MOVING: elbow down, hand level, forearm raised
+POSTURE_WEIGHTS = np.array([0.03, 0.03, 0.03, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])  # of the springs that share a motion out to base and arm
+TRACKING = 1e-3  # their stiffness against the hand's while it follows a path
 DURATION = 4.0  # of a whole move [s], paper 1, section 4
 PENALTY = 5.0  # t_p of eq. (1)
 NEW, NEW_WEIGHT = 0.1, 10.0  # `new_pose_cost`: what counts as new, and what it is worth [s]
@@ -92,8 +95,9 @@ class DoorTask:
     def __init__(self, door: Door, *, settings: Settings | None = None, space: SearchSpace | None = None,
                  cost: Cost = paper_cost, relax: float = 0.15, seed: int = 0):
         self.space, self.cost, self.relax = space or SearchSpace(), cost, relax
-        self.kinematics = prioritized.mobile_manipulator()
-        self.simulation = DoorSimulation(door, start_posture(door, self.kinematics), settings, seed)
+        posture = start_posture(door)
+        self.simulation = DoorSimulation(door, posture, settings, seed)
+        self.kinematics = hand_problem(pin.SE3.Identity(), posture)
         self.simulation.relax(0.3)
         self.simulation.begin()
         self.start = self.simulation.tool_pose
@@ -144,12 +148,26 @@ class DoorTask:
     def targets(self, joints: np.ndarray, start: pin.SE3, goal: pin.SE3, duration: float = DURATION) -> Iterator[np.ndarray]:
         """Yield joint targets (9,), one a control period, along the straight line and SLERP from `start` to `goal`."""
         steps = max(1, round(duration / self.simulation.settings.control_period))
-        for i in range(1, steps + 1):
-            joints = prioritized.track(self.kinematics, joints, interpolate(start, goal, i / steps))
+        return self.track(joints, (interpolate(start, goal, i / steps) for i in range(1, steps + 1)))
+
+    def track(self, joints: np.ndarray, poses: Iterable[pin.SE3]) -> Iterator[np.ndarray]:
+        """Yield joint targets (9,) that carry the hand through `poses`, starting at `joints` (9,).
+
+        The arm is drawn to NOMINAL and the base to where it stands now, so that both share the motion in one way only.
+        """
+        self.kinematics.posture[:3] = joints[:3]
+        for pose in poses:
+            joints = prioritized.follow(self.kinematics, pose, joints, TRACKING)
             yield joints
 
 
-def start_posture(door: Door, kinematics) -> np.ndarray:
+def hand_problem(target: pin.SE3, posture: np.ndarray) -> prioritized.Problem:
+    """Return the inverse kinematics of base and right arm for a `target` of the hand, with springs to `posture` (9,)."""
+    model = robots.load_pinocchio("mobile_manipulator", MOVING)
+    return prioritized.problem(model, prioritized.Task("tool", target), posture, POSTURE_WEIGHTS)
+
+
+def start_posture(door: Door) -> np.ndarray:
     """Return joint values (9,) of MOVING that put the hand on the handle of the shut door, the base straight in front of it.
 
     Raises InvalidValue when the handle is out of the robot's reach.
@@ -159,13 +177,16 @@ def start_posture(door: Door, kinematics) -> np.ndarray:
     mujoco.mj_kinematics(model, data)
     site = data.site(door.names.grip)
     grip = pin.SE3(site.xmat.reshape(3, 3).copy(), site.xpos.copy())
-    hand = prioritized.hand_pose(kinematics, NOMINAL)
+    robot = robots.load_pinocchio("mobile_manipulator", MOVING)
+    known = robot.createData()
+    pin.framesForwardKinematics(robot, known, NOMINAL)
+    hand = known.oMf[robot.getFrameId("tool")]
     yaw = math.atan2(grip.rotation[1, 0], grip.rotation[0, 0])
     turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
     posture = NOMINAL.copy()
     posture[:2] = grip.translation[:2] - turn @ hand.translation[:2]
     posture[2] = yaw
-    result = prioritized.solve(kinematics, posture, grip)
+    result = prioritized.solve(robot, posture, prioritized.Task("tool", grip), posture_weights=POSTURE_WEIGHTS)
     if not result.converged:
         raise InvalidValue("door", f"handle at {np.round(grip.translation, 3).tolist()} m",
                            f"a handle within the robot's reach (the hand stops {result.position_error:.3f} m short)")
@@ -180,13 +201,6 @@ def execute(door: Door, trajectory: PoseTrajectory, settings: Settings | None = 
     task = DoorTask(door, settings=settings or Settings(stiffness=1.0))
     period = task.simulation.settings.control_period
     instants = np.arange(period, trajectory.duration + 0.5, period)
-    joints = task.simulation.joints
-
-    def targets() -> Iterator[np.ndarray]:
-        q = joints
-        for t in instants:
-            q = prioritized.track(task.kinematics, q, trajectory.sample(t))
-            yield q
-
-    trace = task.simulation.follow(targets(), stop=False)
+    way = task.track(task.simulation.joints, map(trajectory.sample, instants))
+    trace = task.simulation.follow(way, stop=False)
     return task.simulation.hinge_angle, trace
