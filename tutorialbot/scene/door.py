@@ -176,7 +176,7 @@ def _use_bolt(spec: mujoco.MjSpec, door: Door) -> None:
     edge = sign * (door.spindle_radius + door.edge)
     bolt = spec.body("panel").add_body(name="bolt", pos=[door.panel_thickness / 2, edge, door.handle_height])
     bolt.add_joint(name="bolt", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, sign, 0], range=[-1.5 * BOLT_THROW, 0], limited=True, damping=_linear(2.0))
-    solid = dict(type=mujoco.mjtGeom.mjGEOM_BOX, contype=4, conaffinity=4, group=2,
+    solid = dict(type=mujoco.mjtGeom.mjGEOM_BOX, contype=4, conaffinity=4, group=2, condim=1,
                  solref=[0.004, 1], solimp=[0.99, 0.999, 0.0005, 0.5, 2])
     bolt.add_geom(name="bolt", size=[0.008, 0.03, 0.015], pos=[0, sign * (BOLT_THROW - 0.03), 0], mass=0.1, **solid)
     gap = 0.003
@@ -185,4 +185,5 @@ def _use_bolt(spec: mujoco.MjSpec, door: Door) -> None:
     # The bolt clears the plate when the lever is at the release angle.
     ratio = (BOLT_THROW - gap) / -door.release_angle
     spec.add_equality(name="draw", type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT,
-                      name1="bolt", name2="lever", data=[0, ratio] + 10 * [0])
+                      name1="bolt", name2="lever", solref=[0.004, 1], solimp=[0.99, 0.9999, 0.0001, 0.5, 2],
+                      data=[0, ratio] + 10 * [0])

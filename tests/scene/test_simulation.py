@@ -1,0 +1,172 @@
+"""The door trial: what is felt, when it ends, and that a snapshot is as good as doing everything again."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from tutorialbot.bo.objective import DoorTask
+from tutorialbot.scene import control
+from tutorialbot.scene.door import Door
+from tutorialbot.scene.simulation import CASTERS, DRIVE_RATE, STEER_RATE, DoorSimulation, Settings, Trace
+
+TURN_LEVER = np.array([0.5, -0.88, 0.0, 0.0, -0.1])  # points of the cube that do something
+PULL = np.array([1.0, 0.0, 0.5, 1.0, -0.7])
+
+
+@pytest.fixture(scope="module")
+def task():
+    return DoorTask(Door(), seed=3)
+
+
+def still(simulation, seconds):
+    goal = simulation.joints
+    return (goal for _ in range(round(seconds / simulation.settings.control_period)))
+
+
+def moves(count):
+    rng = np.random.default_rng(11)
+    return [rng.uniform(-1, 1, 5) for _ in range(count)]
+
+
+def run(task, c):
+    """One move from where the simulation stands; all that it leaves behind."""
+    simulation = task.simulation
+    simulation.begin()
+    trace = simulation.follow(task.targets(simulation.joints, simulation.tool_pose, task.space.goal(simulation.tool_pose, c)))
+    return np.concatenate([trace.wrench.ravel(), simulation.data.qpos, simulation.data.qvel, simulation.data.act])
+
+
+@pytest.mark.parametrize("before", [0, 1, 3, 5])
+def test_snapshot_is_bit_exact_against_replay(before):
+    """Restoring, after the state was wrecked, gives the very numbers that doing all moves again gives; sensor noise included."""
+    settings = Settings(force_noise=0.5, torque_noise=0.1)
+    restored, replayed = (DoorTask(Door(), settings=settings, seed=5) for _ in range(2))
+    for c in moves(before):
+        run(restored, c)
+    snapshot = restored.simulation.snapshot()
+    run(restored, TURN_LEVER), run(restored, PULL)
+    restored.simulation.data.qvel[:] += 1.0
+    restored.simulation.restore(snapshot)
+    for c in moves(before):
+        run(replayed, c)
+    assert np.array_equal(run(restored, PULL), run(replayed, PULL))
+
+
+@pytest.mark.parametrize("part", ["reference", "velocity", "noise", "state"])
+def test_a_snapshot_without_one_part_is_caught(part):
+    """The planted fault: leave one part of the snapshot out, in the middle of a move, and the numbers differ."""
+    task = DoorTask(Door(), settings=Settings(force_noise=0.5), seed=5)
+    simulation = task.simulation
+    goal = simulation.joints + 0.1
+    simulation.follow(goal for _ in range(5))
+    whole = simulation.snapshot()
+    after = simulation.follow((goal for _ in range(5)), stop=False).wrench
+    faulty = replace(whole, **{part: getattr(simulation.snapshot(), part)})
+    simulation.restore(whole)
+    assert np.array_equal(simulation.follow((goal for _ in range(5)), stop=False).wrench, after)
+    simulation.restore(faulty)
+    assert not np.array_equal(simulation.follow((goal for _ in range(5)), stop=False).wrench, after)
+
+
+def test_tare_removes_the_weight_of_the_hand():
+    door, posture = Door(), DoorTask(Door()).simulation.joints
+    weight = 0.6 * 9.81
+    for tare, expected in ((True, 0.0), (False, weight)):
+        simulation = DoorSimulation(door, posture, Settings(tare=tare))
+        assert simulation.follow(still(simulation, 1.0)).force[-1] == pytest.approx(expected, abs=1.0)
+
+
+def test_a_blocked_move_ends_as_collision_at_the_threshold(task):
+    trial = task.attempt(PULL)  # the latch holds
+    assert trial.outcome == "collision"
+    force, torque = task.trace.force, task.trace.torque
+    assert force[-1] > 40.0 or torque[-1] > 8.0
+    assert (force[:-1] <= 40.0).all()
+    assert (torque[:-1] <= 8.0).all()
+    assert trial.time == pytest.approx(task.trace.times[-1])
+
+
+def test_a_softer_arm_collides_later():
+    times = [DoorTask(Door(), settings=Settings(stiffness=k)).attempt(PULL).time for k in (0.05, 0.12, 1.0)]
+    assert times[0] > times[1] > times[2]
+
+
+def test_the_robot_knows_nothing_of_the_door():
+    assert {field.name for field in fields(Trace)} == {"times", "wrench", "joints", "outcome", "time"}
+
+
+def test_latch_has_hysteresis():
+    simulation = DoorTask(Door()).simulation
+    active = []
+    for degrees in (-30.0, -36.0, -30.0, -27.0):
+        simulation.data.qpos[simulation._handle] = np.deg2rad(degrees)
+        simulation._switch_latch()
+        active.append(int(simulation.data.eq_active[simulation._latch]))
+    assert active == [1, 0, 0, 1]
+
+
+def test_latch_does_not_catch_an_open_door():
+    simulation = DoorTask(Door()).simulation
+    simulation.data.eq_active[simulation._latch] = 0
+    simulation.data.qpos[simulation._hinge] = np.deg2rad(10.0)
+    simulation._switch_latch()
+    assert not simulation.data.eq_active[simulation._latch]
+
+
+@pytest.mark.parametrize("value", [np.nan, 1e12])
+def test_a_broken_simulation_is_never_a_success(task, value):
+    """A door thrown wide open by a number that MuJoCo warns of must count as failed."""
+    simulation = task.simulation
+    simulation.restore(task.here)
+
+    def targets():
+        yield simulation.joints
+        simulation.data.qvel[simulation.model.joint("door/hinge").dofadr[0]] = value
+        yield from still(simulation, 0.2)
+
+    assert simulation.follow(targets()).outcome == "failed"
+    simulation.restore(task.here)
+    assert simulation.follow(still(simulation, 0.2)).outcome == "finished"
+
+
+def test_a_stiff_spring_that_blows_up_is_failed_not_opened():
+    task = DoorTask(Door(lever_stiffness=3000.0, lever_preload=0.0), settings=Settings(timestep=0.01, stiffness=1.0))
+    task.simulation.model.dof_armature[:] = 0.0
+    task.simulation.model.opt.disableflags |= 1 << 8  # whatever happens now
+    outcomes = {task.attempt(c).outcome for c in moves(5)}
+    assert "opened" not in outcomes
+
+
+def test_casters_roll_as_their_equations_say(task):
+    """The loop written out for plain floats agrees with control.to_casters and control.limit."""
+    simulation = DoorSimulation(Door(), task.simulation.joints)
+    rng = np.random.default_rng(2)
+    for _ in range(50):
+        twist, steer = rng.uniform(-1.5, 1.5, 3), rng.uniform(-np.pi, np.pi, 2)
+        simulation._steer, simulation._drive = steer.tolist(), [0.0, 0.0]
+        share = simulation._roll(*twist, 0.04)
+        limited = control.limit(CASTERS, twist, steer, STEER_RATE, DRIVE_RATE)
+        assert share * twist == pytest.approx(limited, abs=1e-12)
+        steer_rates, drive_rates = control.to_casters(CASTERS, limited, steer)
+        assert simulation._steer == pytest.approx(steer + 0.04 * steer_rates, abs=1e-12)
+        assert simulation._drive == pytest.approx(0.04 * drive_rates, abs=1e-12)
+
+
+def test_wheels_turn_when_the_base_moves():
+    simulation = DoorTask(Door()).simulation
+    simulation.data.eq_active[simulation._grasp] = 0
+    goal = simulation.joints + np.array([-0.2, 0.1, 0, 0, 0, 0, 0, 0, 0])
+    simulation.follow((goal for _ in range(75)), stop=False)
+    assert simulation.joints[:2] == pytest.approx(goal[:2], abs=0.01)
+    for name in ("caster_left_drive", "caster_right_drive", "caster_left_steer"):
+        assert abs(float(simulation.data.joint(name).qpos[0])) > 0.3
+
+
+@pytest.mark.parametrize(("argument", "value"), [
+    ("force_limit", 0.0), ("torque_limit", -8.0), ("stiffness", float("nan")), ("open_angle", 4.0), ("timestep", 0.0),
+    ("control_period", 0.001), ("force_noise", -1.0), ("force_limit", "40"),
+])
+def test_impossible_settings_are_refused_by_name(argument, value):
+    with pytest.raises((ValueError, TypeError), match=argument):
+        Settings(**{argument: value})
