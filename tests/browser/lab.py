@@ -154,7 +154,8 @@ class NotebookPage:
 
     def command(self, name: str, arguments: dict | None = None) -> None:
         """Run one of JupyterLab's commands by its name and wait for its end."""
-        self.page.evaluate("([n, a]) => window.jupyterapp.commands.execute(n, a).then(() => null)", [name, arguments])
+        script = "([name, args]) => window.jupyterapp.commands.execute(name, args).then(() => null)"
+        self.page.evaluate(script, [name, arguments or {}])
 
     def cells(self) -> list[dict]:
         """Return each cell as a dict: index, kind, source, count (its prompt), state, outputs (nbformat)."""
@@ -182,6 +183,17 @@ class NotebookPage:
         self.command("notebook:clear-all-cell-outputs")
         self.page.wait_for_timeout(500)
         self.run_all(seconds)
+
+    def execute(self, code: str) -> str:
+        """Run `code` in the notebook's kernel, beside its cells, and return what it printed."""
+        script = """async (code) => {
+            const kernel = window.jupyterapp.shell.currentWidget.sessionContext.session.kernel;
+            const future = kernel.requestExecute({ code, store_history: false }), texts = [];
+            future.onIOPub = (message) => texts.push(message.content.text ?? "");
+            await future.done;
+            return texts.join("");
+        }"""
+        return self.page.evaluate(script, code)
 
     def errors(self) -> list[str]:
         """Return the notebook's errors, one text for each cell that failed."""

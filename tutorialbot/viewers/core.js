@@ -40,7 +40,7 @@ module.exports = ({ Viewer, THREE }, makeStage) => {
         await this.load(buffers[0]);
       } else if (content.kind === "view") {
         this.view = content.view;
-        for (const view of this.views) view.arrange();
+        for (const view of this.views) view.arrange(content.move);
       } else if (content.kind === "sequence") {
         if (content.sequence > this.sequence) this.ask("snapshot?");
       } else if (content.kind === "commands" && content.sequence > this.sequence) {
@@ -98,8 +98,12 @@ module.exports = ({ Viewer, THREE }, makeStage) => {
       if (this.asked) return;
       this.asked = true;
       requestAnimationFrame((now) => {
-        this.asked = false;
         for (const view of this.views) if (view.visible && view.viewer) view.tick(now);
+        const took = performance.now() - now; // where drawing is slow, leave half of the time to the page
+        setTimeout(() => {
+          this.asked = false;
+          if ([...this.views].some((view) => view.waiting())) this.request();
+        }, took > 15 ? took : 0);
       });
     },
   };
@@ -197,12 +201,13 @@ module.exports = ({ Viewer, THREE }, makeStage) => {
         this.viewer = viewer;
       });
       this.transport.attach(this.viewer);
-      this.arrange();
+      this.viewer.controls.addEventListener("start", () => (this.touched = true));
+      this.arrange(true);
       this.restart();
     }
 
-    // Lights, floor and camera for the extent that the kernel computed.
-    arrange() {
+    // Lights, floor and camera for the extent that the kernel computed; a camera that the reader moved stays.
+    arrange(move) {
       if (!this.viewer) return;
       const { group, key } = lights(this.store.view);
       this.key = key;
@@ -210,11 +215,12 @@ module.exports = ({ Viewer, THREE }, makeStage) => {
         this.viewer.set_object(["Lights", "All"], group);
         this.viewer.set_object(["Grid"], floor(this.store.view));
       });
-      this.look();
+      if (move || !this.touched) this.look();
     }
 
     look() {
       if (!this.viewer) return;
+      this.touched = false;
       const { camera, target, radius } = this.store.view, { viewer } = this, up = ([x, y, z]) => [x, z, -y];
       Object.assign(viewer.camera, { fov: 32, near: 0.02 * radius, far: 60 * radius });
       viewer.camera.position.set(...up(camera));
@@ -275,7 +281,10 @@ module.exports = ({ Viewer, THREE }, makeStage) => {
     tick(now) {
       if (this.transport.playing) this.transport.advance(now);
       if (this.viewer.needs_render && this.size[0]) page.draw(this);
-      if (this.transport.playing) page.request();
+    }
+
+    waiting() {
+      return this.visible && this.viewer && (this.transport.playing || (this.viewer.needs_render && this.size[0]));
     }
 
     dispose() {

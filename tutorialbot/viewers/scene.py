@@ -2,7 +2,6 @@
 
 import io
 import os
-import weakref
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +21,7 @@ DIRECTION = np.array([1.0, -1.05, 0.55])  # from the scene's middle to the camer
 FIELD_OF_VIEW = np.deg2rad(32.0)  # vertical
 NARROWEST = 1.6  # width over height of a view that still shows everything
 MARGIN = 1.16  # room left around the content
+CONTENT = ("set_object", "set_animation")  # commands that change what there is to see
 SHOWN_AS = ("live", "html", "png")
 
 
@@ -33,10 +33,19 @@ class Look:
     height: int
     camera: tuple[float, ...] | None
     target: tuple[float, ...] | None
+    fitted: tuple | None = None  # what the camera was fitted to, and the boxes of it then
+
+    def _boxes(self) -> np.ndarray:
+        """Return the boxes to fit the camera to: new ones when the content is new, not when it has moved."""
+        entries = self.log.entries
+        content = {key: entries[key] if key[0] == "set_animation" else b"" for key in entries if key[0] in CONTENT}
+        if self.fitted is None or self.fitted[0] != content:
+            self.fitted = content, boxes(entries)
+        return self.fitted[1]
 
     def header(self) -> dict:
         """Return height [px], camera and target (3,) [m], and the extent of the content (center, radius, floor)."""
-        content = boxes(self.log.entries)
+        content = self._boxes()
         low, high = content[:, 0].min(0), content[:, 1].max(0)
         center, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
         target = center if self.target is None else np.array(self.target)
@@ -157,7 +166,6 @@ class Scene:
         """The ipywidget of this scene, for layouts such as `ipywidgets.VBox([slider, scene.widget])`."""
         if self._widget is None or self._widget.comm is None:
             self._widget = SceneWidget(self._log, self._look.header)
-            weakref.finalize(self, SceneWidget.close, self._widget).atexit = False
         note_use(self._widget)
         return self._widget
 

@@ -67,8 +67,9 @@ module.exports = (THREE) => {
       [this.button, this.slider, this.clock, this.choice] = this.bar.children;
       this.button.onclick = () => (this.playing ? this.pause() : this.play());
       this.slider.oninput = () => {
+        const time = Number(this.slider.value);
         this.pause();
-        this.seek(Number(this.slider.value));
+        this.seek(time);
       };
       this.choice.onchange = () => (this.speed = Number(this.choice.value));
       this.show();

@@ -3,6 +3,7 @@
 import hashlib
 import threading
 import time
+import uuid
 import weakref
 from collections.abc import Callable
 from functools import cache
@@ -20,9 +21,14 @@ from tutorialbot.viewers.log import CommandLog, pack
 FRAME = 1.0 / 60.0  # shortest time between two messages [s]
 
 
+
+
 def script(name: str) -> str:
     """Return one of this package's JavaScript files."""
     return (Path(__file__).parent / f"{name}.js").read_text(encoding="utf-8")
+
+
+SCRIPT = script("unpack") + script("widget")
 
 
 @cache
@@ -34,27 +40,33 @@ def front_end() -> bytes:
 
 
 class FrontEnd(anywidget.AnyWidget):
-    """Carries the drawing code to a page, once for all scenes of a kernel."""
+    """Carries the drawing code to a page, once for all scenes of a kernel, and all their messages afterwards."""
 
-    _esm = "export default {};"
+    _esm = SCRIPT
     _view_name = traitlets.Unicode(None, allow_none=True).tag(sync=True)
+    channel = traitlets.Unicode().tag(sync=True)
+    scene = traitlets.Unicode("").tag(sync=True)
     code = traitlets.Bytes().tag(sync=True)
+    code_hash = traitlets.Unicode().tag(sync=True)
+
+    def __repr__(self) -> str:
+        return "FrontEnd()"
 
 
 class SceneWidget(anywidget.AnyWidget):
-    """One scene on a page. Made by `Scene.widget`; it holds no reference to the scene, so the scene can be freed."""
+    """One scene on a page, made by `Scene.widget`. It lives until the cells that showed it run again."""
 
-    _esm = script("unpack") + script("widget")
-    front_end = traitlets.Unicode().tag(sync=True)
-    front_end_hash = traitlets.Unicode().tag(sync=True)
+    _esm = SCRIPT
+    channel = traitlets.Unicode().tag(sync=True)
+    scene = traitlets.Unicode().tag(sync=True)
     snapshot = traitlets.Bytes().tag(sync=True)
 
     def __init__(self, log: CommandLog, header: Callable[[], dict]):
         self._log, self._header, self._sequence, self._last, self._timer = log, header, 0, 0.0, None
         self._packed: tuple[int, bytes] = (-1, b"")
         log.take()
-        code = shared_front_end()
-        super().__init__(front_end=code.model_id, front_end_hash=hashlib.sha256(code.code).hexdigest()[:16])
+        self._view = header()
+        super().__init__(channel=shared_front_end().channel, scene=uuid.uuid4().hex)
         self.on_msg(self._answer)
         log.on_change = self._changed
 
@@ -73,11 +85,16 @@ class SceneWidget(anywidget.AnyWidget):
             state["snapshot"] = self._snapshot()
         return state
 
+    def tell(self, content: dict, buffers: list[bytes] | None = None) -> None:
+        """Send a message to this scene in the page."""
+        shared_front_end().send({"scene": self.scene, **content}, buffers)
+
     def send_view(self) -> None:
-        """Tell the front end that camera, target or size have changed."""
+        """Tell the front end where the camera is now, whatever the reader has done to it."""
         with self._log.lock:
             self._packed = (-1, b"")
-            self.send({"kind": "view", "view": self._header()})
+            self._view = self._header()
+            self.tell({"kind": "view", "view": self._view, "move": True})
 
     def _snapshot(self) -> bytes:
         with self._log.lock:
@@ -108,15 +125,20 @@ class SceneWidget(anywidget.AnyWidget):
         self._last = time.monotonic()
         sizes = [len(body) for body in pending.values()]
         content = {"kind": "commands", "sequence": self._sequence, "keys": list(pending), "sizes": sizes}
-        self.send(content, [b"".join(pending.values())])
+        self.tell(content, [b"".join(pending.values())])
+        if any(key[0] in ("set_object", "set_animation", "delete") for key in pending):
+            view = self._header()
+            if view != self._view:  # there is more, or less, to see: the camera that fits is another
+                self._view = view
+                self.tell({"kind": "view", "view": view, "move": False})
 
     def _answer(self, _widget, content: dict, _buffers) -> None:
         """A view asks what the last sequence number is, or, having missed one, for the whole scene."""
         if content.get("kind") == "sequence?":
             with self._log.lock:
-                self.send({"kind": "sequence", "sequence": self._sequence})
+                self.tell({"kind": "sequence", "sequence": self._sequence})
         elif content.get("kind") == "snapshot?":
-            self.send({"kind": "snapshot"}, [self._snapshot()])
+            self.tell({"kind": "snapshot"}, [self._snapshot()])
 
 
 _shared: list[FrontEnd] = []
@@ -127,7 +149,8 @@ _cell: list[str] = [""]
 def shared_front_end() -> FrontEnd:
     """Return this kernel's one carrier of the drawing code."""
     if not _shared or _shared[0].comm is None:
-        _shared[:] = [FrontEnd(code=front_end())]
+        code = front_end()
+        _shared[:] = [FrontEnd(code=code, code_hash=hashlib.sha256(code).hexdigest()[:16], channel=uuid.uuid4().hex)]
         shell = get_ipython()
         if shell is not None:
             shell.events.register("pre_run_cell", _before_cell)
