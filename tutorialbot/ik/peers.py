@@ -63,9 +63,9 @@ def strict_null_space(
 
 
 def _stacked(this: Problem, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Jacobian (6 tasks, nv) in the world's axes, and the weight of each row."""
+    """Jacobian (6 tasks, nv) in the frames' axes, and the weight of each row."""
     pin.computeJointJacobians(this.model, this.data, q)
-    rows = [pin.getFrameJacobian(this.model, this.data, s[0], pin.LOCAL_WORLD_ALIGNED) for s in this.springs]
+    rows = [pin.getFrameJacobian(this.model, this.data, s[0], pin.LOCAL) for s in this.springs]
     return np.vstack(rows), np.concatenate([np.repeat(s[2:], 3) for s in this.springs])
 
 

@@ -6,8 +6,8 @@ apply forces and torques iteratively, priorities make the redundant solution uni
 gives a near solution. Everything below is our reconstruction, not the authors' algorithm.
 
 Each target pulls at its frame with a spring (k_p [N/m] at the position, k_r [Nm/rad] at the orientation), and a far
-softer spring on each joint pulls towards a posture. With e_p = p_target - p, e_r = log(R_target R^T) in the world's
-axes, J the frame's Jacobian and eps the ratio of the posture's stiffness to the hand's,
+softer spring on each joint pulls towards a posture. With e_p = R^T (p_target - p) and e_r = log(R^T R_target) in the
+frame's axes, J the frame's Jacobian and eps the ratio of the posture's stiffness to the hand's,
 
     V(q)   = 1/2 sum (k_p |e_p|^2 + k_r |e_r|^2) + 1/2 eps sum w_j (q_j - posture_j)^2         energy
     tau(q) = sum J^T (k_p e_p, k_r e_r)          - eps w (q - posture)  = -dV/dq               force on the joints
@@ -34,7 +34,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from scipy.linalg.lapack import dposv
+from scipy.linalg.lapack import dposv, dsyev
 
 from tutorialbot.errors import finite_array, whole_number
 from tutorialbot.ik.springs import (
@@ -151,17 +151,16 @@ def _iterate(this: Problem, q: np.ndarray, errors: np.ndarray, eps: float) -> tu
     force -= springs * away
     diagonal = stiffness.reshape(-1)[:: len(q) + 1]  # a view
     diagonal += springs
-    held = _held(this, q, force)
-    if held.any():
+    if ((q <= this.low) | (q >= this.high)).any():
+        held = _held(this, q, force)
         force[held] = 0.0
         stiffness[held], stiffness[:, held] = 0.0, 0.0
         diagonal[held] = 1.0
     damper = 0.5 * (force @ force)
     for _ in range(REJECTIONS):
         move = _implicit(stiffness, diagonal, force, damper, eps)
-        largest = max(move.max(), -move.min())
-        if largest > LARGEST:
-            move *= LARGEST / largest
+        if move @ move > LARGEST**2:
+            move *= LARGEST / max(move.max(), -move.min(), LARGEST)
         new = np.minimum(np.maximum(q + move, this.low), this.high)
         new_errors = errors_at(this, new)
         if energy_at(this, new_errors, new - this.posture, eps) <= before + 1e-15:
@@ -177,5 +176,5 @@ def _implicit(stiffness: np.ndarray, diagonal: np.ndarray, force: np.ndarray, da
     diagonal -= damper
     if not failed:
         return move
-    curvature, axes = np.linalg.eigh(stiffness)
+    curvature, axes, _ = dsyev(stiffness)
     return axes @ ((force @ axes) / (np.maximum(np.abs(curvature), eps) + damper))

@@ -1,6 +1,6 @@
 """Virtual springs between frames of a robot and where they shall be: errors, energy, force and stiffness.
 
-The physics under `prioritized`, which says what it is for; J is a frame's Jacobian in the world's axes throughout.
+The physics under `prioritized`, which says what it is for; J is a frame's Jacobian in the frame's own axes throughout.
 """
 
 import math
@@ -45,11 +45,13 @@ class Problem:
     data: pin.Data
     low: np.ndarray = field(init=False)
     high: np.ndarray = field(init=False)
-    upper: np.ndarray = field(init=False)
+    hand: np.ndarray = field(init=False)  # (tasks, 6) k_p, k_p, k_p, k_r, k_r, k_r of each spring
+    upper: np.ndarray = field(init=False)  # (nv, nv) True where row <= column
 
     def __post_init__(self):
         self.low, self.high = self.model.lowerPositionLimit, self.model.upperPositionLimit
-        self.upper = np.triu(np.ones((self.model.nv, self.model.nv), dtype=bool))
+        self.hand = np.array([[k_p] * 3 + [k_r] * 3 for _, _, k_p, k_r in self.springs])
+        self.upper = ~np.tri(self.model.nv, k=-1, dtype=bool)
 
 
 def check_model(model: pin.Model) -> pin.Model:
@@ -85,13 +87,13 @@ def problem(
 
 
 def errors_at(this: Problem, q: np.ndarray) -> np.ndarray:
-    """(tasks, 6): e_p and e_r of each spring, in the world's axes."""
+    """(tasks, 6): e_p [m] and e_r [rad] of each spring, in the axes of its frame."""
     pin.forwardKinematics(this.model, this.data, q)
     found = np.empty((len(this.springs), 6))
     for row, (frame, target, _, _) in zip(found, this.springs, strict=True):
         here = pin.updateFramePlacement(this.model, this.data, frame)
-        row[:3] = target.translation - here.translation
-        row[3:] = pin.log3(target.rotation @ here.rotation.T)
+        apart = here.actInv(target)
+        row[:3], row[3:] = apart.translation, pin.log3(apart.rotation)
     return found
 
 
@@ -106,26 +108,23 @@ def worst(this: Problem, errors: np.ndarray) -> tuple[float, float]:
 
 def energy_at(this: Problem, errors: np.ndarray, away: np.ndarray, eps: float) -> float:
     """Energy V of the targets' springs and, `away` (nv,) from the posture, of the joints'."""
-    energy = eps * (away @ (this.weights * away))
-    for (_, _, k_p, k_r), e in zip(this.springs, errors, strict=True):
-        energy += k_p * (e[:3] @ e[:3]) + k_r * (e[3:] @ e[3:])
-    return 0.5 * energy
+    return 0.5 * (np.vdot(this.hand * errors, errors) + eps * ((this.weights * away) @ away))
 
 
 def force_and_stiffness(this: Problem, q: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Force (nv,) of the targets' springs on the joints, and their stiffness (nv, nv), posture left out.
 
-    With J = (J_v, J_w) in the world's axes, the columns of a chain obey dJ_v[j]/dq_i = J_w[i] x J_v[j] for i before j
-    (and half of J_w[i] x J_w[j] for the turns), which gives
+    Seen from the world, the columns of J = (J_v, J_w) obey dJ_v[j]/dq_i = J_w[i] x J_v[j] for joint i before joint j
+    (and half of J_w[i] x J_w[j] for the turns), which gives, in any axes,
 
         H_ij = J_i^T W J_j + J_w[i]^T (k_p [e_p]x J_v[j] + k_r/2 [e_r]x J_w[j])      for i <= j
 
     with W = k_p for the position and k_r (c 1 + (1 - c) u u^T), c = (t/2) / tan(t/2), for a rotation by t about u.
     """
     pin.computeJointJacobians(this.model, this.data, q)
-    force, stiffness = np.zeros(this.model.nv), np.zeros((this.model.nv, this.model.nv))
+    force = stiffness = 0.0
     for (frame, _, k_p, k_r), e in zip(this.springs, errors, strict=True):
-        jacobian = pin.getFrameJacobian(this.model, this.data, frame, pin.LOCAL_WORLD_ALIGNED)
+        jacobian = pin.getFrameJacobian(this.model, this.data, frame, pin.LOCAL)
         x, y, z, a, b, c = e.tolist()
         angle = math.sqrt(a * a + b * b + c * c)
         half = 0.5 * angle
@@ -144,15 +143,16 @@ def force_and_stiffness(this: Problem, q: np.ndarray, errors: np.ndarray) -> tup
             [-y, x, 0, -p * b, p * a, 0],
         ]) @ jacobian
         swing = jacobian[3:].T @ metric[6:]
-        force += np.array([x, y, z, k_r * a, k_r * b, k_r * c]) @ jacobian
-        stiffness += jacobian.T @ metric[:6]
-        stiffness += np.where(this.upper, swing, swing.T)
+        force = force + np.array([x, y, z, k_r * a, k_r * b, k_r * c]) @ jacobian
+        stiffness = stiffness + jacobian.T @ metric[:6] + np.where(this.upper, swing, swing.T)
     return force, stiffness
 
 
 def _frame_index(model: pin.Model, frame: str | int) -> int:
     if isinstance(frame, str):
-        return model.getFrameId(one_of("frame", frame, [f.name for f in model.frames]))
+        if not model.existFrame(frame):
+            one_of("frame", frame, [known.name for known in model.frames])
+        return model.getFrameId(frame)
     if whole_number("frame", frame) >= model.nframes:
         raise InvalidValue("frame", frame, f"an index below {model.nframes}")
     return frame
