@@ -12,7 +12,8 @@ OTHER = """
   <worldbody>
     <body name="leaf"><joint name="pivot" axis="0 0 1" range="0 2.5" limited="true" damping="1"/>
       <geom type="box" size="0.02 0.2 0.2" pos="0.02 0.2 1" mass="8"/>
-      <body name="knob" pos="0 0.35 1"><joint name="turn" axis="-1 0 0" range="-0.8 0" limited="true" stiffness="1" springref="0.3"/>
+      <body name="knob" pos="0 0.35 1">
+        <joint name="turn" axis="-1 0 0" range="-0.8 0" limited="true" stiffness="1" springref="0.3"/>
         <geom type="capsule" size="0.01" fromto="0 0 0 -0.07 0 0" mass="0.2"/>
         <site name="hold" pos="-0.07 -0.1 0"/>
       </body>
@@ -24,7 +25,9 @@ OTHER = """
 
 
 def push(door, hinge=0.0, lever=0.0, seconds=1.0, turn=0.0):
-    """Hold the torques [Nm] for a while, the latch switched off first when the lever stands at `turn`; return both angles."""
+    """Hold the torques [Nm] for a while, the latch switched off first when the lever stands at `turn`; return both
+    angles.
+    """
     model = door.model()
     data = mujoco.MjData(model)
     data.joint("lever").qpos[0] = turn
@@ -77,11 +80,25 @@ def test_dimensions_and_stiffnesses_reach_the_model():
     assert np.ravel(model.joint("hinge").damping)[0] == 3.0
 
 
-@pytest.mark.parametrize(("argument", "value"), [
-    ("spindle_radius", 0.0), ("spindle_radius", -0.4), ("spindle_radius", float("nan")), ("lever_length", float("inf")),
-    ("lever_length", 0.5), ("lever_length", "0.1"), ("mass", 0.0), ("lever_stiffness", -1.0), ("release_angle", 0.1),
-    ("release_angle", -1.0), ("engage_angle", -0.7), ("latch", "magnet"), ("side", "top"), ("stand_off", True),
-])
+@pytest.mark.parametrize(
+    ("argument", "value"),
+    [
+        ("spindle_radius", 0.0),
+        ("spindle_radius", -0.4),
+        ("spindle_radius", float("nan")),
+        ("lever_length", float("inf")),
+        ("lever_length", 0.5),
+        ("lever_length", "0.1"),
+        ("mass", 0.0),
+        ("lever_stiffness", -1.0),
+        ("release_angle", 0.1),
+        ("release_angle", -1.0),
+        ("engage_angle", -0.7),
+        ("latch", "magnet"),
+        ("side", "top"),
+        ("stand_off", True),
+    ],
+)
 def test_impossible_doors_are_refused_by_name(argument, value):
     with pytest.raises((ValueError, TypeError), match="release_angle" if argument == "engage_angle" else argument):
         Door(**{argument: value})

@@ -33,13 +33,17 @@ def run(task, c):
     """One move from where the simulation stands; all that it leaves behind."""
     simulation = task.simulation
     simulation.begin()
-    trace = simulation.follow(task.targets(simulation.joints, simulation.tool_pose, task.space.goal(simulation.tool_pose, c)))
+    trace = simulation.follow(
+        task.targets(simulation.joints, simulation.tool_pose, task.space.goal(simulation.tool_pose, c))
+    )
     return np.concatenate([trace.wrench.ravel(), simulation.data.qpos, simulation.data.qvel, simulation.data.act])
 
 
 @pytest.mark.parametrize("before", [0, 1, 3, 5])
 def test_snapshot_is_bit_exact_against_replay(before):
-    """Restoring, after the state was wrecked, gives the very numbers that doing all moves again gives; sensor noise included."""
+    """Restoring, after the state was wrecked, gives the very numbers that doing all moves again gives; sensor noise
+    included.
+    """
     settings = Settings(force_noise=0.5, torque_noise=0.1)
     restored, replayed = (DoorTask(Door(), settings=settings, seed=5) for _ in range(2))
     for c in moves(before):
@@ -163,10 +167,19 @@ def test_wheels_turn_when_the_base_moves():
         assert abs(float(simulation.data.joint(name).qpos[0])) > 0.3
 
 
-@pytest.mark.parametrize(("argument", "value"), [
-    ("force_limit", 0.0), ("torque_limit", -8.0), ("stiffness", float("nan")), ("open_angle", 4.0), ("timestep", 0.0),
-    ("control_period", 0.001), ("force_noise", -1.0), ("force_limit", "40"),
-])
+@pytest.mark.parametrize(
+    ("argument", "value"),
+    [
+        ("force_limit", 0.0),
+        ("torque_limit", -8.0),
+        ("stiffness", float("nan")),
+        ("open_angle", 4.0),
+        ("timestep", 0.0),
+        ("control_period", 0.001),
+        ("force_noise", -1.0),
+        ("force_limit", "40"),
+    ],
+)
 def test_impossible_settings_are_refused_by_name(argument, value):
     with pytest.raises((ValueError, TypeError), match=argument):
         Settings(**{argument: value})

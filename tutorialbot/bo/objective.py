@@ -16,14 +16,18 @@ from tutorialbot import robots
 from tutorialbot.bo.space import SearchSpace
 from tutorialbot.errors import InvalidValue
 from tutorialbot.ik import prioritized
-from tutorialbot.pose import from_quaternion, interpolate, so4_distance, to_quaternion
+from tutorialbot.pose import interpolate, so4_distance
 from tutorialbot.scene.door import Door
 from tutorialbot.scene.simulation import MOVING, DoorSimulation, Settings, Trace
 from tutorialbot.trajectory import PoseTrajectory
 
-NOMINAL = np.array([0.0, 0.0, 0.0, 0.0, 0.87, -1.66, 0.0, 0.79, 0.0])  # of MOVING: elbow down, hand level, forearm raised
-POSTURE_WEIGHTS = np.array([0.03, 0.03, 0.03, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])  # of the springs that share a motion out to base and arm
-TRACKING = 1e-3  # their stiffness against the hand's while it follows a path
+NOMINAL = np.array(
+    [0.0, 0.0, 0.0, 0.0, 0.87, -1.66, 0.0, 0.79, 0.0]
+)  # of MOVING: elbow down, hand level, forearm raised
+POSTURE_WEIGHTS = np.array(
+    [0.03, 0.03, 0.03, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+)  # of the springs that share a motion out to base and arm
+TRACKING = 3e-4  # their stiffness against the hand's while it follows a path
 DURATION = 4.0  # of a whole move [s], paper 1, section 4
 PENALTY = 5.0  # t_p of eq. (1)
 NEW, NEW_WEIGHT = 0.1, 10.0  # `new_pose_cost`: what counts as new, and what it is worth [s]
@@ -32,7 +36,7 @@ PATH_STEP = 0.05  # SO(4) distance between the poses kept of the path
 
 @dataclass(frozen=True)
 class Trial:
-    """One evaluation of the objective. `time` is t_c [s]; `settled` the pose after the contact forces have died away."""
+    """One evaluation of the objective. `time` is t_c [s]; `settled` the pose once contact forces have died away."""
 
     c: np.ndarray
     time: float
@@ -43,14 +47,14 @@ class Trial:
     cost: float
 
     def to_json(self) -> dict:
-        """Return what `from_json` needs."""
-        poses = {name: [part.tolist() for part in to_quaternion(getattr(self, name))] for name in ("start", "end", "settled")}
+        """Return what `from_json` needs, every bit of it."""
+        poses = {name: getattr(self, name).homogeneous.tolist() for name in ("start", "end", "settled")}
         return {"c": self.c.tolist(), "time": self.time, "outcome": self.outcome, "cost": self.cost, **poses}
 
     @classmethod
     def from_json(cls, entry: dict) -> "Trial":
         """Return the trial that `to_json` wrote."""
-        poses = {name: from_quaternion(*entry[name]) for name in ("start", "end", "settled")}
+        poses = {name: pin.SE3(np.array(entry[name])) for name in ("start", "end", "settled")}
         return cls(np.array(entry["c"]), entry["time"], entry["outcome"], cost=entry["cost"], **poses)
 
 
@@ -67,8 +71,8 @@ Cost = Callable[[float, pin.SE3, pin.SE3, Visited], float]
 def paper_cost(time: float, start: pin.SE3, settled: pin.SE3, path: Visited) -> float:
     """Return f_b = -t_c + t_p (paper 1, eq. (1)).
 
-    t_p = 5 when the hand comes nearer to the pose in which it held the shut door, by the SO(4) distance with R = 0.1 m, else 0;
-    the first section has no penalty.
+    t_p = 5 when the hand comes nearer to the pose in which it held the shut door, by the SO(4) distance with R = 0.1 m,
+    else 0; the first section has no penalty.
     """
     first = path.poses[0]
     nearer = so4_distance(first, settled) < so4_distance(first, start)
@@ -76,11 +80,12 @@ def paper_cost(time: float, start: pin.SE3, settled: pin.SE3, path: Visited) -> 
 
 
 def new_pose_cost(time: float, start: pin.SE3, settled: pin.SE3, path: Visited) -> float:
-    """Return eq. (1) mended: -t_c - 10 d, with d the SO(4) distance to the nearest pose of the path so far; -t_c + t_p while d < 0.1.
+    """Return eq. (1) mended: -t_c - 10 d, with d the SO(4) distance to the nearest pose of the path so far; -t_c + t_p
+    while d < 0.1.
 
-    Time alone cannot tell a hand that moves from one that presses with a soft arm: where it rests once the forces have died away
-    can. And "away from the first pose" cannot tell a door that opens from a lever that turns further: away from everywhere the
-    hand has been can.
+    Time alone cannot tell a hand that moves from one that presses with a soft arm: where it rests once the forces have
+    died away can. And "away from the first pose" cannot tell a door that opens from a lever that turns further: away
+    from everywhere the hand has been can.
     """
     new = min(so4_distance(pose, settled) for pose in path.poses)
     return -time + PENALTY if new < NEW else -time - NEW_WEIGHT * new
@@ -89,11 +94,20 @@ def new_pose_cost(time: float, start: pin.SE3, settled: pin.SE3, path: Visited) 
 class DoorTask:
     """The robot with its hand on the handle of a shut door, and what it can try.
 
-    `here` is the state that every trial starts from; `commit` moves it on. Raises InvalidValue when the robot cannot reach the handle.
+    `here` is the state that every trial starts from; `commit` moves it on. Raises InvalidValue when the robot cannot
+    reach the handle.
     """
 
-    def __init__(self, door: Door, *, settings: Settings | None = None, space: SearchSpace | None = None,
-                 cost: Cost = paper_cost, relax: float = 0.15, seed: int = 0):
+    def __init__(
+        self,
+        door: Door,
+        *,
+        settings: Settings | None = None,
+        space: SearchSpace | None = None,
+        cost: Cost = paper_cost,
+        relax: float = 0.15,
+        seed: int = 0,
+    ):
         self.space, self.cost, self.relax = space or SearchSpace(), cost, relax
         posture = start_posture(door)
         self.simulation = DoorSimulation(door, posture, settings, seed)
@@ -130,6 +144,7 @@ class DoorTask:
     def undo(self) -> None:
         """Go back to before the last `commit`; the poses of the way there stay known in `poses`."""
         self.here, self.start = self._before.pop()
+        self.sections_done -= 1
         self.simulation.restore(self.here)
 
     def _move(self, c: np.ndarray) -> Trial:
@@ -145,7 +160,9 @@ class DoorTask:
         cost = PENALTY if failed else self.cost(self.trace.time, start, settled, self)
         return Trial(np.asarray(c, dtype=float), self.trace.time, self.trace.outcome, start, end, settled, cost)
 
-    def targets(self, joints: np.ndarray, start: pin.SE3, goal: pin.SE3, duration: float = DURATION) -> Iterator[np.ndarray]:
+    def targets(
+        self, joints: np.ndarray, start: pin.SE3, goal: pin.SE3, duration: float = DURATION
+    ) -> Iterator[np.ndarray]:
         """Yield joint targets (9,), one a control period, along the straight line and SLERP from `start` to `goal`."""
         steps = max(1, round(duration / self.simulation.settings.control_period))
         return self.track(joints, (interpolate(start, goal, i / steps) for i in range(1, steps + 1)))
@@ -162,13 +179,14 @@ class DoorTask:
 
 
 def hand_problem(target: pin.SE3, posture: np.ndarray) -> prioritized.Problem:
-    """Return the inverse kinematics of base and right arm for a `target` of the hand, with springs to `posture` (9,)."""
+    """Return the inverse kinematics of base and right arm for a `target` of the hand, springs to `posture` (9,)."""
     model = robots.load_pinocchio("mobile_manipulator", MOVING)
     return prioritized.problem(model, prioritized.Task("tool", target), posture, POSTURE_WEIGHTS)
 
 
 def start_posture(door: Door) -> np.ndarray:
-    """Return joint values (9,) of MOVING that put the hand on the handle of the shut door, the base straight in front of it.
+    """Return joint values (9,) of MOVING that put the hand on the handle of the shut door, the base straight in front
+    of it.
 
     Raises InvalidValue when the handle is out of the robot's reach.
     """
@@ -188,15 +206,20 @@ def start_posture(door: Door) -> np.ndarray:
     posture[2] = yaw
     result = prioritized.solve(robot, posture, prioritized.Task("tool", grip), posture_weights=POSTURE_WEIGHTS)
     if not result.converged:
-        raise InvalidValue("door", f"handle at {np.round(grip.translation, 3).tolist()} m",
-                           f"a handle within the robot's reach (the hand stops {result.position_error:.3f} m short)")
+        raise InvalidValue(
+            "door",
+            f"handle at {np.round(grip.translation, 3).tolist()} m",
+            f"a handle within the robot's reach (the hand stops {result.position_error:.3f} m short)",
+        )
     return result.q
 
 
 def execute(door: Door, trajectory: PoseTrajectory, settings: Settings | None = None) -> tuple[float, Trace]:
-    """Let the hand follow `trajectory` on a fresh shut `door`, with no search and no stop; return the hinge angle reached [rad].
+    """Let the hand follow `trajectory` on a fresh shut `door`, with no search and no stop; return the hinge angle
+    reached [rad].
 
-    The way is known, so by default the arm is as stiff as it can be (stiffness 1) and nothing ends the move but an open door.
+    The way is known, so by default the arm is as stiff as it can be (stiffness 1) and nothing ends the move but an open
+    door.
     """
     task = DoorTask(door, settings=settings or Settings(stiffness=1.0))
     period = task.simulation.settings.control_period

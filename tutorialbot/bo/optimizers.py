@@ -1,7 +1,7 @@
 """What chooses the next direction: scikit-optimize as the paper would use it, our variant of it, and the peers.
 
-All speak the same three words, `ask() -> c (5,)`, `tell(c, cost, seconds)` and `best() -> c (5,)`, and all minimise. `best` is the
-best *estimated* point where there is an estimate: the visited one with the lowest posterior mean.
+All speak the same three words, `ask() -> c (5,)`, `tell(c, cost, seconds)` and `best() -> c (5,)`, and all minimise.
+`best` is the best *estimated* point where there is an estimate: the visited one with the lowest posterior mean.
 """
 
 import warnings
@@ -55,10 +55,12 @@ class RandomSearch:
 
 
 class TwistSearch(RandomSearch):
-    """Expected improvement on a Gaussian process over what a point *does*, `twist_features`, instead of its coordinates.
+    """Expected improvement on a Gaussian process over what a point *does*, `twist_features`, instead of its
+    coordinates.
 
-    scikit-learn's Gaussian process under scikit-optimize's acquisition function; the feature map alone is ours. The length scale is
-    fitted anew after every fifth point; the acquisition is maximised over random points and neighbours of the best three.
+    scikit-learn's Gaussian process under scikit-optimize's acquisition function; the feature map alone is ours. The
+    length scale is fitted anew after every fifth point; the acquisition is maximised over random points and neighbours
+    of the best three.
     """
 
     def __init__(self, rng: np.random.Generator, initial: int = 5):
@@ -71,7 +73,9 @@ class TwistSearch(RandomSearch):
         from skopt.learning import GaussianProcessRegressor
 
         refit = len(self.costs) % REFIT_EVERY == 0
-        model = GaussianProcessRegressor(self._kernel, alpha=1e-2, normalize_y=True, optimizer="fmin_l_bfgs_b" if refit else None)
+        model = GaussianProcessRegressor(
+            self._kernel, alpha=1e-2, normalize_y=True, optimizer="fmin_l_bfgs_b" if refit else None
+        )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a length scale at its bound is no news
             model.fit(twist_features(np.array(self.points)), np.array(self.costs))
@@ -90,7 +94,9 @@ class TwistSearch(RandomSearch):
             return super().ask()
         best = np.array(self.points)[np.argsort(self.costs)[:3]]
         scale = np.repeat([0.05, 0.15, 0.4], NEIGHBOURS // 3)[:, None]
-        near = best[self.rng.integers(len(best), size=NEIGHBOURS)] + scale * self.rng.standard_normal((NEIGHBOURS, DIMENSIONS))
+        near = best[self.rng.integers(len(best), size=NEIGHBOURS)] + scale * self.rng.standard_normal(
+            (NEIGHBOURS, DIMENSIONS)
+        )
         candidates = np.vstack([self.rng.uniform(-1.0, 1.0, (CANDIDATES, DIMENSIONS)), np.clip(near, -1.0, 1.0)])
         return candidates[int(np.argmax(self.acquisition(self.model(), candidates)))]
 
@@ -102,9 +108,11 @@ class TwistSearch(RandomSearch):
 
 
 class SkoptSearch(RandomSearch):
-    """scikit-optimize's own Gaussian-process optimiser on the plain coordinates c, as a reader of the paper would use it.
+    """scikit-optimize's own Gaussian-process optimiser on the plain coordinates c, as a reader of the paper would use
+    it.
 
-    `acquisition` is "PI" (the probability of improvement, which the paper names), "EI" or "EIps" (expected improvement per second).
+    `acquisition` is "PI" (the probability of improvement, which the paper names), "EI" or "EIps" (expected improvement
+    per second).
     """
 
     def __init__(self, rng: np.random.Generator, acquisition: str = "PI", initial: int = 4):
@@ -113,8 +121,13 @@ class SkoptSearch(RandomSearch):
         super().__init__(rng)
         self.acquisition_name = one_of("acquisition", acquisition, ("PI", "EI", "EIps"))
         self._optimizer = skopt.Optimizer(
-            [(-1.0, 1.0)] * DIMENSIONS, "GP", n_initial_points=initial, acq_func=acquisition, acq_optimizer="sampling",
-            random_state=int(rng.integers(2**31)))
+            [(-1.0, 1.0)] * DIMENSIONS,
+            "GP",
+            n_initial_points=initial,
+            acq_func=acquisition,
+            acq_optimizer="sampling",
+            random_state=int(rng.integers(2**31)),
+        )
 
     def ask(self) -> np.ndarray:
         """Return scikit-optimize's proposal."""
@@ -190,7 +203,9 @@ class OptunaSearch(RandomSearch):
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            sampler = optuna.samplers.GPSampler(seed=int(rng.integers(2**31)), n_startup_trials=initial, deterministic_objective=True)
+            sampler = optuna.samplers.GPSampler(
+                seed=int(rng.integers(2**31)), n_startup_trials=initial, deterministic_objective=True
+            )
         self._study = optuna.create_study(sampler=sampler)
         self._axes = {f"c{i + 1}": optuna.distributions.FloatDistribution(-1.0, 1.0) for i in range(DIMENSIONS)}
         self._create = optuna.trial.create_trial
@@ -207,4 +222,10 @@ class OptunaSearch(RandomSearch):
         self._study.add_trial(self._create(params=params, distributions=self._axes, value=float(cost)))
 
 
-OPTIMIZERS = {"twist": TwistSearch, "skopt": SkoptSearch, "random": RandomSearch, "cmaes": CmaEs, "optuna": OptunaSearch}
+OPTIMIZERS = {
+    "twist": TwistSearch,
+    "skopt": SkoptSearch,
+    "random": RandomSearch,
+    "cmaes": CmaEs,
+    "optuna": OptunaSearch,
+}

@@ -16,10 +16,11 @@ from tutorialbot.scene.simulation import Settings
 class Preset:
     """One variant of Algorithm 1.
 
-    `warm_start`: a section tries the direction that ended the last one first, then a neighbour of it. `replay`: every third trial is
-    the motion that really happened in the best-moving trial so far. `reject_above`: a section whose best cost is above this is not
-    committed, and its trials stay with the optimiser; after more than `patience`
-    rejected sections in a row the last move is taken back. `go_on`: a committed direction is tried again, with no search, while it works.
+    `warm_start`: a section tries the direction that ended the last one first, then a neighbour of it. `replay`: every
+    third trial is the motion that really happened in the best-moving trial so far. `reject_above`: a section whose best
+    cost is above this is not committed, and its trials stay with the optimiser; after more than `patience` rejected
+    sections in a row the last move is taken back. `go_on`: a committed direction is tried again, with no search, while
+    it works.
     """
 
     name: str
@@ -35,7 +36,13 @@ class Preset:
 
 
 _IMPROVED = Preset(
-    "improved", TwistSearch, new_pose_cost, SearchSpace(rotation_max=np.pi / 2, frame="tool"), warm_start=True, replay=True, reject_above=-0.5
+    "improved",
+    TwistSearch,
+    new_pose_cost,
+    SearchSpace(rotation_max=np.pi / 2, frame="tool"),
+    warm_start=True,
+    replay=True,
+    reject_above=-0.5,
 )
 
 PRESETS = {
@@ -46,7 +53,10 @@ PRESETS = {
         Preset("paper, EI per second", lambda rng: SkoptSearch(rng, "EIps")),
         _IMPROVED,
         replace(_IMPROVED, name="improved, going on", go_on=True),
-        *(replace(_IMPROVED, name=f"improved, {name}", make=OPTIMIZERS[name]) for name in ("random", "skopt", "cmaes", "optuna")),
+        *(
+            replace(_IMPROVED, name=f"improved, {name}", make=OPTIMIZERS[name])
+            for name in ("random", "skopt", "cmaes", "optuna")
+        ),
         *(Preset(f"paper, {name}", OPTIMIZERS[name]) for name in ("random", "cmaes", "optuna")),
     )
 }

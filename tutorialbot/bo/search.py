@@ -1,4 +1,4 @@
-"""Algorithm 1 of paper 1: section by section, find the direction in which the hand moves longest without a collision."""
+"""Algorithm 1 of paper 1: section by section, find the direction in which the hand moves longest unhindered."""
 
 import hashlib
 import json
@@ -14,7 +14,7 @@ from tutorialbot.bo.objective import DoorTask, Trial
 from tutorialbot.bo.optimizers import Optimizer
 from tutorialbot.bo.presets import Preset, find_preset
 from tutorialbot.bo.space import twist_features
-from tutorialbot.errors import InvalidType, InvalidValue, whole_number
+from tutorialbot.errors import BrokenFile, InvalidType, InvalidValue, whole_number
 from tutorialbot.pose import so4_distance
 from tutorialbot.runs import Journal, progress
 from tutorialbot.scene.door import Door
@@ -56,12 +56,19 @@ class DoorRun:
     seed: int
 
 
-def search(door: Door, *, seed: int, preset: str | Preset = "improved", trials_per_section: int = 15, max_sections: int = 12,
-           journal: Journal | None = None) -> Iterator[Trial]:
+def search(
+    door: Door,
+    *,
+    seed: int,
+    preset: str | Preset = "improved",
+    trials_per_section: int = 15,
+    max_sections: int = 12,
+    journal: Journal | None = None,
+) -> Iterator[Trial]:
     """Run Algorithm 1, yielding every trial as it is made; the generator's return value is the `DoorRun`.
 
-    Trials that `journal` already holds are taken from it instead of being simulated. Raises InvalidType or InvalidValue for bad
-    arguments, InvalidValue when the robot cannot reach the handle.
+    Trials that `journal` already holds are taken from it instead of being simulated. Raises InvalidType or InvalidValue
+    for bad arguments, InvalidValue when the robot cannot reach the handle.
     """
     preset = find_preset(preset)
     if not isinstance(door, Door):
@@ -107,11 +114,23 @@ def search(door: Door, *, seed: int, preset: str | Preset = "improved", trials_p
                 poses.pop(), times.pop()
                 optimizer, previous, rejected = None, None, 0
         section.hinge_angle, section.lever_angle = task.simulation.hinge_angle, task.simulation.lever_angle
-    return DoorRun(opened, task.simulation.hinge_angle, sections, evaluations, PoseTrajectory(np.array(times), poses), preset.name, seed)
+    return DoorRun(
+        opened,
+        task.simulation.hinge_angle,
+        sections,
+        evaluations,
+        PoseTrajectory(np.array(times), poses),
+        preset.name,
+        seed,
+    )
 
 
-def propose(task: DoorTask, preset: Preset, trials: list[Trial], previous: np.ndarray | None, rng: np.random.Generator) -> np.ndarray | None:
-    """Return a direction (5,) to try without asking the optimiser, or None: the warm start and the replay of what really moved."""
+def propose(
+    task: DoorTask, preset: Preset, trials: list[Trial], previous: np.ndarray | None, rng: np.random.Generator
+) -> np.ndarray | None:
+    """Return a direction (5,) to try without asking the optimiser, or None: the warm start and the replay of what
+    really moved.
+    """
     if preset.warm_start and previous is not None and len(trials) < 2:
         return previous if not trials else np.clip(previous + 0.15 * rng.standard_normal(5), -1.0, 1.0)
     if preset.replay and len(trials) >= 3 and len(trials) % 3 == 0:
@@ -126,7 +145,9 @@ def propose(task: DoorTask, preset: Preset, trials: list[Trial], previous: np.nd
 
 
 def follow_up(task: DoorTask, c: np.ndarray, go_on: bool) -> Iterator[Trial]:
-    """Commit the direction c (5,) and, with `go_on`, the motion that it turned out to be, again and again while that moves the hand."""
+    """Commit the direction c (5,) and, with `go_on`, the motion that it turned out to be, again and again while that
+    moves the hand.
+    """
     move = task.commit(c)
     yield move
     for _ in range(GO_ON_LIMIT if go_on else 0):
@@ -139,39 +160,59 @@ def follow_up(task: DoorTask, c: np.ndarray, go_on: bool) -> Iterator[Trial]:
         yield move
 
 
-def open_door(door: Door, *, seed: int, preset: str | Preset = "improved", trials_per_section: int = 15, max_sections: int = 12,
-              resume: bool = True) -> DoorRun:
+def open_door(
+    door: Door,
+    *,
+    seed: int,
+    preset: str | Preset = "improved",
+    trials_per_section: int = 15,
+    max_sections: int = 12,
+    resume: bool = True,
+) -> DoorRun:
     """Find the motions that open `door`, an unknown one (paper 1, Algorithm 1).
 
-    seed: whole number >= 0; the same seed gives the same run. preset: "paper", "improved" or another of `presets.PRESETS`, or a
-    `Preset`. With `resume`, every finished trial is on disk at once, and after an interrupt the same call goes on from there.
+    seed: whole number >= 0; the same seed gives the same run. preset: "paper", "improved" or another of
+    `presets.PRESETS`, or a `Preset`. With `resume`, every finished trial is on disk at once, and after an interrupt the
+    same call goes on from there.
 
-    Returns a `DoorRun`; a door that stays shut is a result, `opened=False`. Raises InvalidValue or InvalidType for bad arguments
-    and for a handle out of reach, BrokenFile for a damaged MJCF.
+    Returns a `DoorRun`; a door that stays shut is a result, `opened=False`. Raises InvalidValue or InvalidType for bad
+    arguments and for a handle out of reach, BrokenFile for a damaged MJCF.
     """
     preset = find_preset(preset)
     arguments = {"seed": seed, "trials_per_section": trials_per_section, "max_sections": max_sections}
     journal = _journal(door, preset, arguments) if resume and isinstance(door, Door) else None
     try:
-        steps = search(door, preset=preset, journal=journal, **arguments)
         with progress(description=f"door, seed {seed}") as bar:
-            while True:
-                try:
-                    next(steps)
-                except StopIteration as end:
-                    break
-                bar.update()
+            run = _finish(search(door, preset=preset, journal=journal, **arguments), bar)
         if journal is not None:
             journal.path.unlink()
-        return end.value
+        return run
     finally:
         if journal is not None:
             journal.close()
 
 
+def _finish(steps: Iterator[Trial], bar) -> DoorRun:
+    """Run the generator to its end, a tick of `bar` for every trial, and return its return value."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+        bar.update()
+
+
 def _journal(door: Door, preset: Preset, arguments: dict) -> Journal | None:
-    """Return the journal of this very call, named by what decides its result, the code included; None when another process has it."""
-    settings = {"door": asdict(door), "preset": preset.name, "space": asdict(preset.space), "settings": asdict(preset.settings), **arguments}
+    """Return the journal of this very call, named by what decides its result, the code included; None when another
+    process has it.
+    """
+    settings = {
+        "door": asdict(door),
+        "preset": preset.name,
+        "space": asdict(preset.space),
+        "settings": asdict(preset.settings),
+        **arguments,
+    }
     header = {"version": __version__, **json.loads(json.dumps(settings, default=str))}
     sources = [*sorted((paths.ROOT / "tutorialbot").rglob("*.py")), *sorted(paths.MODELS.rglob("*.xml"))]
     if door.file is not None:
@@ -187,8 +228,10 @@ def _journal(door: Door, preset: Preset, arguments: dict) -> Journal | None:
 
 
 def _recall(journal: Journal | None, index: int, c: np.ndarray) -> Trial | None:
-    """Return trial number `index` from the journal when it is there and was made at c."""
+    """Return trial number `index` from the journal when it is there; raises BrokenFile when it was not made at c."""
     if journal is None or index >= len(journal.entries):
         return None
     trial = Trial.from_json(journal.entries[index])
-    return trial if np.array_equal(trial.c, c) else None
+    if not np.array_equal(trial.c, c):
+        raise BrokenFile(f"{journal.path}: trial {index + 1} was made at another point: delete the file to start anew")
+    return trial

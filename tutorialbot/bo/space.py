@@ -17,8 +17,9 @@ FRAMES = ("world", "tool")
 def to_sphere(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Map a, b (...,) in [-1, 1] to unit vectors (..., 3), equal areas to equal areas.
 
-    Archimedes' cylinder: `a` is the azimuth a*pi, `b` the height, so that uniform numbers cover the sphere uniformly. Paper 1
-    says "a point in the unit ball"; we read its surface, for a point near the centre would hardly move and never collide.
+    Archimedes' cylinder: `a` is the azimuth a*pi, `b` the height, so that uniform numbers cover the sphere uniformly.
+    Paper 1 says "a point in the unit ball"; we read its surface, for a point near the centre would hardly move and
+    never collide.
     """
     azimuth, height = np.pi * np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     radius = np.sqrt(np.maximum(0.0, 1.0 - height**2))
@@ -26,7 +27,7 @@ def to_sphere(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def from_sphere(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Inverse of `to_sphere`: vectors (..., 3) of any length to a, b (...,) in [-1, 1]; the zero vector gives (0, 0)."""
+    """Inverse of `to_sphere`: vectors (..., 3) of any length to a, b (...,) in [-1, 1]; zero gives (0, 0)."""
     v = np.asarray(v, dtype=float)
     length = np.linalg.norm(v, axis=-1)
     height = np.divide(v[..., 2], length, out=np.zeros_like(length), where=length > 0.0)
@@ -37,8 +38,8 @@ def from_sphere(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 class SearchSpace:
     """How far a direction reaches: `reach` w [m] of translation, `rotation_max` [rad], and in which frame it is meant.
 
-    Paper 1 fixes w = 0.15 m and 180 degrees and does not name the frame. frame="world" keeps a direction while the hand turns;
-    "tool" turns with the hand, so that pulling an opening door stays one and the same direction.
+    Paper 1 fixes w = 0.15 m and 180 degrees and does not name the frame. frame="world" keeps a direction while the hand
+    turns; "tool" turns with the hand, so that pulling an opening door stays one and the same direction.
     """
 
     reach: float = 0.15
@@ -57,7 +58,7 @@ class SearchSpace:
         return (1.0 - share) * self.reach * to_sphere(c[0], c[1]), share * self.rotation_max * to_sphere(c[2], c[3])
 
     def point(self, translation: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-        """Return the point c (5,) whose motion is proportional to the given one: the inverse of `motion`, up to length."""
+        """Return the point c (5,) whose motion is proportional to the given one: inverse of `motion`, up to length."""
         forth = np.linalg.norm(translation) / self.reach
         turn = np.linalg.norm(rotation) / self.rotation_max
         share = turn / (forth + turn) if forth + turn > 0.0 else 0.0
@@ -82,7 +83,8 @@ class SearchSpace:
 def twist_features(c: np.ndarray) -> np.ndarray:
     """Map points (n, 5) to what they do: (n, 6) = [(1 - s) u, s v], s = (1 + c5) / 2, on which the surrogate is smooth.
 
-    Where s is near 0 the axis of rotation does not matter, and the azimuth's seam at +-1 is no seam: both are lost in c.
+    Where s is near 0 the axis of rotation does not matter, and the azimuth's seam at +-1 is no seam: both are lost in
+    c.
     """
     c = np.atleast_2d(np.asarray(c, dtype=float))
     share = ((1.0 + c[:, 4]) / 2.0)[:, None]

@@ -1,8 +1,8 @@
 """The doors of paper 1 (section 3, Fig. 2): one dataclass, one MJCF; or any other MJCF by naming its joints.
 
-Frames: z points up, the hinge axis is vertical through the origin, the closed panel lies in the y-z plane, and the robot
-stands at x < 0. A positive hinge angle opens the door toward the robot, (0, pi); the lever turns within (-pi/4, 0), and
-a negative angle lowers its free end.
+Frames: z points up, the hinge axis is vertical through the origin, the closed panel lies in the y-z plane, and the
+robot stands at x < 0. A positive hinge angle opens the door toward the robot, (0, pi); the lever turns within (-pi/4,
+0), and a negative angle lowers its free end.
 """
 
 from dataclasses import dataclass, fields
@@ -22,8 +22,9 @@ BOLT_THROW = 0.012  # how far the bolt reaches behind the strike plate [m]
 class DoorFile:
     """A door in an MJCF file that is not ours, and what its parts are called.
 
-    `handle` is the joint that must turn before the latch lets go (None: there is none, as on a valve or a sliding door);
-    `latch` is an equality constraint that holds the door and that the handle switches off (None: no such constraint).
+    `handle` is the joint that must turn before the latch lets go (None: there is none, as on a valve or a sliding
+    door); `latch` is an equality constraint that holds the door and that the handle switches off (None: no such
+    constraint).
     """
 
     path: Path
@@ -65,7 +66,14 @@ class Door:
     file: DoorFile | None = None
 
     def __post_init__(self):
-        may_be_zero = {"hinge_damping", "hinge_friction", "lever_stiffness", "lever_preload", "lever_damping", "lever_friction"}
+        may_be_zero = {
+            "hinge_damping",
+            "hinge_friction",
+            "lever_stiffness",
+            "lever_preload",
+            "lever_damping",
+            "lever_friction",
+        }
         for field in fields(self):
             if field.type is not float and field.type != "float":
                 continue
@@ -79,34 +87,60 @@ class Door:
         one_of("latch", self.latch, ("equality", "bolt"))
         one_of("side", self.side, ("right", "left"))
         if self.lever_length >= self.spindle_radius:
-            raise InvalidValue("lever_length", self.lever_length, f"less than spindle_radius = {self.spindle_radius}: the lever must end on the door")
+            raise InvalidValue(
+                "lever_length",
+                self.lever_length,
+                f"less than spindle_radius = {self.spindle_radius}: the lever must end on the door",
+            )
         if self.release_angle >= self.engage_angle:
-            raise InvalidValue("release_angle", self.release_angle, f"less than engage_angle = {self.engage_angle:g} (hysteresis)")
+            raise InvalidValue(
+                "release_angle", self.release_angle, f"less than engage_angle = {self.engage_angle:g} (hysteresis)"
+            )
 
     @classmethod
-    def from_mjcf(cls, path: str | Path, *, hinge: str, grip: str, handle: str | None = None, latch: str | None = None,
-                  release_angle: float = np.deg2rad(-35.0), engage_angle: float = np.deg2rad(-28.0)) -> "Door":
-        """Return a door from any MJCF file: `hinge` and `handle` name joints, `grip` a site (x forward, z up), `latch` an equality.
+    def from_mjcf(
+        cls,
+        path: str | Path,
+        *,
+        hinge: str,
+        grip: str,
+        handle: str | None = None,
+        latch: str | None = None,
+        release_angle: float = np.deg2rad(-35.0),
+        engage_angle: float = np.deg2rad(-28.0),
+    ) -> "Door":
+        """Return a door from any MJCF file: `hinge` and `handle` name joints, `grip` a site (x forward, z up), `latch`
+        an equality.
 
-        The hinge must open in its positive direction, the handle turn in its negative one. Raises BrokenFile when the file
-        cannot be read or compiled, and InvalidValue when it holds no element of a given name.
+        The hinge must open in its positive direction, the handle turn in its negative one. Raises BrokenFile when the
+        file cannot be read or compiled, and InvalidValue when it holds no element of a given name.
         """
-        door = cls(release_angle=release_angle, engage_angle=engage_angle,
-                   file=DoorFile(Path(path), hinge, handle, grip, latch))
+        door = cls(
+            release_angle=release_angle,
+            engage_angle=engage_angle,
+            file=DoorFile(Path(path), hinge, handle, grip, latch),
+        )
         model = door.model()
-        kinds = {"hinge": (mujoco.mjtObj.mjOBJ_JOINT, hinge), "handle": (mujoco.mjtObj.mjOBJ_JOINT, handle),
-                 "grip": (mujoco.mjtObj.mjOBJ_SITE, grip), "latch": (mujoco.mjtObj.mjOBJ_EQUALITY, latch)}
+        kinds = {
+            "hinge": (mujoco.mjtObj.mjOBJ_JOINT, hinge),
+            "handle": (mujoco.mjtObj.mjOBJ_JOINT, handle),
+            "grip": (mujoco.mjtObj.mjOBJ_SITE, grip),
+            "latch": (mujoco.mjtObj.mjOBJ_EQUALITY, latch),
+        }
         for argument, (kind, name) in kinds.items():
             if name is not None and mujoco.mj_name2id(model, kind, name) < 0:
                 there = [mujoco.mj_id2name(model, kind, i) for i in range(_count(model, kind))]
-                raise InvalidValue(argument, name, f"a name in {path}: {', '.join(filter(None, there)) or 'none there'}")
+                raise InvalidValue(
+                    argument, name, f"a name in {path}: {', '.join(filter(None, there)) or 'none there'}"
+                )
         return door
 
     @property
     def names(self) -> DoorFile:
         """What the parts are called in `spec()`."""
-        return self.file or DoorFile(paths.MODELS / "door" / "door.xml", "hinge", "lever", "grip",
-                                     "latch" if self.latch == "equality" else None)
+        return self.file or DoorFile(
+            paths.MODELS / "door" / "door.xml", "hinge", "lever", "grip", "latch" if self.latch == "equality" else None
+        )
 
     def spec(self) -> mujoco.MjSpec:
         """Return an editable model of this door; raises BrokenFile when its MJCF file is missing or damaged."""
@@ -132,7 +166,11 @@ class Door:
 
 
 def _count(model: mujoco.MjModel, kind: mujoco.mjtObj) -> int:
-    return {mujoco.mjtObj.mjOBJ_JOINT: model.njnt, mujoco.mjtObj.mjOBJ_SITE: model.nsite, mujoco.mjtObj.mjOBJ_EQUALITY: model.neq}[kind]
+    return {
+        mujoco.mjtObj.mjOBJ_JOINT: model.njnt,
+        mujoco.mjtObj.mjOBJ_SITE: model.nsite,
+        mujoco.mjtObj.mjOBJ_EQUALITY: model.neq,
+    }[kind]
 
 
 def _linear(coefficient: float) -> list[float]:
@@ -175,15 +213,41 @@ def _use_bolt(spec: mujoco.MjSpec, door: Door) -> None:
     spec.delete(spec.equality("latch"))
     edge = sign * (door.spindle_radius + door.edge)
     bolt = spec.body("panel").add_body(name="bolt", pos=[door.panel_thickness / 2, edge, door.handle_height])
-    bolt.add_joint(name="bolt", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, sign, 0], range=[-1.5 * BOLT_THROW, 0], limited=True, damping=_linear(2.0))
-    solid = dict(type=mujoco.mjtGeom.mjGEOM_BOX, contype=4, conaffinity=4, group=2, condim=1,
-                 solref=[0.004, 1], solimp=[0.99, 0.999, 0.0005, 0.5, 2])
+    bolt.add_joint(
+        name="bolt",
+        type=mujoco.mjtJoint.mjJNT_SLIDE,
+        axis=[0, sign, 0],
+        range=[-1.5 * BOLT_THROW, 0],
+        limited=True,
+        damping=_linear(2.0),
+    )
+    solid = {
+        "type": mujoco.mjtGeom.mjGEOM_BOX,
+        "contype": 4,
+        "conaffinity": 4,
+        "group": 2,
+        "condim": 1,
+        "solref": [0.004, 1],
+        "solimp": [0.99, 0.999, 0.0005, 0.5, 2],
+    }
     bolt.add_geom(name="bolt", size=[0.008, 0.03, 0.015], pos=[0, sign * (BOLT_THROW - 0.03), 0], mass=0.1, **solid)
     gap = 0.003
-    spec.worldbody.add_geom(name="strike", size=[0.006, 0.02, 0.03], mass=0,
-                            pos=[door.panel_thickness / 2 - 0.0145, edge + sign * (0.02 + gap), door.handle_height], **solid)
+    spec.worldbody.add_geom(
+        name="strike",
+        size=[0.006, 0.02, 0.03],
+        mass=0,
+        pos=[door.panel_thickness / 2 - 0.0145, edge + sign * (0.02 + gap), door.handle_height],
+        **solid,
+    )
     # The bolt clears the plate when the lever is at the release angle.
     ratio = (BOLT_THROW - gap) / -door.release_angle
-    spec.add_equality(name="draw", type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT,
-                      name1="bolt", name2="lever", solref=[0.004, 1], solimp=[0.99, 0.9999, 0.0001, 0.5, 2],
-                      data=[0, ratio] + 10 * [0])
+    spec.add_equality(
+        name="draw",
+        type=mujoco.mjtEq.mjEQ_JOINT,
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        name1="bolt",
+        name2="lever",
+        solref=[0.004, 1],
+        solimp=[0.99, 0.9999, 0.0001, 0.5, 2],
+        data=[0, ratio] + 10 * [0],
+    )

@@ -22,7 +22,10 @@ from tutorialbot.seeding import make_rng
 MOVING = ("base_x", "base_y", "base_yaw", *(f"arm_{i}" for i in range(1, 7)))
 SPEED = np.array([0.5, 0.5, 0.8, 1.5, 1.5, 1.5, 2.5, 2.5, 2.5])  # of the trapezoids, [m/s] and [rad/s]
 ACCELERATION = np.array([1.5, 1.5, 2.5, 6.0, 6.0, 6.0, 10.0, 10.0, 10.0])  # [m/s^2] and [rad/s^2]
-CASTERS = (control.Caster(0.0, 0.20, 0.05, 0.075), control.Caster(0.0, -0.20, 0.05, 0.075))  # left, right: as in robot.xml
+CASTERS = (
+    control.Caster(0.0, 0.20, 0.05, 0.075),
+    control.Caster(0.0, -0.20, 0.05, 0.075),
+)  # left, right: as in robot.xml
 STEER_RATE, DRIVE_RATE = 8.0, 12.0  # of the casters [rad/s]
 SHUT = np.deg2rad(0.3)  # below this hinge angle the latch can catch
 OUTCOMES = ("finished", "collision", "opened", "failed")
@@ -32,8 +35,9 @@ OUTCOMES = ("finished", "collision", "opened", "failed")
 class Settings:
     """What a trial needs beside the door. SI units.
 
-    `stiffness` scales the arm's PID gains (1: about 4 kN/m at the hand; 0.12: about 0.6 kN/m). `open_angle` is where the
-    door counts as open. The noises are standard deviations an axis of the wrist sensor; `tare` subtracts the hand's weight.
+    `stiffness` scales the arm's PID gains (1: about 4 kN/m at the hand; 0.12: about 0.6 kN/m). `open_angle` is where
+    the door counts as open. The noises are standard deviations an axis of the wrist sensor; `tare` subtracts the hand's
+    weight.
     """
 
     stiffness: float = 0.12
@@ -97,8 +101,9 @@ class Snapshot:
 def assemble(door: Door, settings: Settings) -> tuple[mujoco.MjModel, np.ndarray]:
     """Return the compiled world and the lead (9,) [s] of the joints MOVING.
 
-    The world is the robot, the door (its names prefixed "door/") and the weld "grasp" of the hand to the handle. The lead is the
-    ratio of damping to stiffness of each joint's controller: a set point that runs ahead by lead * speed is not dragged by damping.
+    The world is the robot, the door (its names prefixed "door/") and the weld "grasp" of the hand to the handle. The
+    lead is the ratio of damping to stiffness of each joint's controller: a set point that runs ahead by lead * speed is
+    not dragged by damping.
     """
     spec = mujoco.MjSpec.from_file(str(paths.MODELS / "mobile_manipulator" / "robot.xml"))
     spec.option.timestep = settings.timestep
@@ -114,13 +119,21 @@ def assemble(door: Door, settings: Settings) -> tuple[mujoco.MjModel, np.ndarray
         else:
             lead.append(-actuator.biasprm[2] / actuator.gainprm[0])
     spec.attach(door.spec(), prefix="door/", frame=spec.worldbody.add_frame())
-    spec.add_equality(name="grasp", type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_SITE, name1="tool",
-                      name2=f"door/{door.names.grip}", solref=[0.01, 1.0])
+    spec.add_equality(
+        name="grasp",
+        type=mujoco.mjtEq.mjEQ_WELD,
+        objtype=mujoco.mjtObj.mjOBJ_SITE,
+        name1="tool",
+        name2=f"door/{door.names.grip}",
+        solref=[0.01, 1.0],
+    )
     return spec.compile(), np.array(lead)
 
 
 class DoorSimulation:
-    """One robot at one door. `posture` (9,) are the values of MOVING at which the hand is on the handle of the shut door."""
+    """One robot at one door. `posture` (9,) are the values of MOVING at which the hand is on the handle of the shut
+    door.
+    """
 
     def __init__(self, door: Door, posture: np.ndarray, settings: Settings | None = None, seed: int = 0):
         self.door, self.settings = door, settings or Settings()
@@ -170,8 +183,14 @@ class DoorSimulation:
         size = mujoco.mj_stateSize(self.model, mujoco.mjtState.mjSTATE_INTEGRATION)
         state = np.empty(size)
         mujoco.mj_getState(self.model, self.data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-        return Snapshot(state, self._reference.copy(), self._velocity.copy(), self._steer.copy(), self._drive.copy(),
-                        self._noise.bit_generator.state)
+        return Snapshot(
+            state,
+            self._reference.copy(),
+            self._velocity.copy(),
+            self._steer.copy(),
+            self._drive.copy(),
+            self._noise.bit_generator.state,
+        )
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go back to `snapshot`."""
@@ -208,8 +227,9 @@ class DoorSimulation:
     def follow(self, targets: Iterable[np.ndarray], *, stop: bool = True) -> Trace:
         """Follow joint targets (9,), one a control period, and return what was felt.
 
-        With `stop` the move ends at the first reading beyond the force or torque limit ("collision"). It always ends when
-        the door is open ("opened"), and as "failed" when the simulation warns, resets itself or leaves the finite numbers.
+        With `stop` the move ends at the first reading beyond the force or torque limit ("collision"). It always ends
+        when the door is open ("opened"), and as "failed" when the simulation warns, resets itself or leaves the finite
+        numbers.
         """
         period = self._substeps * self.settings.timestep
         readings, joints, outcome = [], [], "finished"
@@ -231,7 +251,13 @@ class DoorSimulation:
         if self.data.warning.number.any() or not np.isfinite(self.data.qpos).all():
             outcome = "failed"
         times = period * np.arange(1, len(readings) + 1)
-        return Trace(times, np.array(readings).reshape(-1, 6), np.array(joints).reshape(-1, len(MOVING)), outcome, period * len(readings))
+        return Trace(
+            times,
+            np.array(readings).reshape(-1, 6),
+            np.array(joints).reshape(-1, len(MOVING)),
+            outcome,
+            period * len(readings),
+        )
 
     def _judge(self, wrench: list[float], stop: bool) -> str:
         """Return how the move stands after a reading: one of OUTCOMES, "finished" while nothing has happened."""
@@ -252,7 +278,9 @@ class DoorSimulation:
     def _command(self, goal: np.ndarray, period: float) -> np.ndarray:
         """One tick of the outer loop: trapezoids, then casters; return the lead (9,) of the inner loops' set points."""
         before = self._reference
-        self._reference, self._velocity = control.trapezoid_step(before, self._velocity, goal, SPEED, ACCELERATION, period)
+        self._reference, self._velocity = control.trapezoid_step(
+            before, self._velocity, goal, SPEED, ACCELERATION, period
+        )
         x, y, turn = self._velocity[:3].tolist()
         if x or y or turn:
             yaw = float(before[2])

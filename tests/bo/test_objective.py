@@ -1,0 +1,129 @@
+"""Eq. (1) and its mended form, and what a task may try, keep and take back."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from tutorialbot.bo.objective import DoorTask, Trial, execute, new_pose_cost, paper_cost, start_posture
+from tutorialbot.pose import interpolate
+from tutorialbot.scene.door import Door
+from tutorialbot.scene.simulation import Settings
+from tutorialbot.trajectory import PoseTrajectory
+
+
+class Path:
+    """What a cost sees: poses on the x axis, 0.2 m apart."""
+
+    def __init__(self, poses, sections_done):
+        self.poses, self.sections_done = poses, sections_done
+
+
+def at(x):
+    return pin.SE3(np.eye(3), np.array([x, 0.0, 0.0]))
+
+
+@pytest.mark.parametrize(
+    ("sections_done", "settled", "expected"),
+    [
+        (1, at(0.5), -2.0),
+        (1, at(0.1), 3.0),
+        (0, at(0.1), -2.0),
+        (3, at(0.3), -2.0),
+    ],
+)
+def test_eq_1_punishes_coming_nearer_but_not_in_the_first_section(sections_done, settled, expected):
+    assert paper_cost(2.0, at(0.3), settled, Path([at(0.0)], sections_done)) == pytest.approx(expected)
+
+
+def test_mended_cost_rewards_new_poses_and_punishes_known_ones():
+    path = Path([at(0.0), at(0.2)], 1)
+    assert new_pose_cost(2.0, at(0.2), at(0.2), path) == pytest.approx(3.0)
+    assert new_pose_cost(2.0, at(0.2), at(0.005), path) == pytest.approx(
+        3.0
+    )  # far from the start, but an old acquaintance
+    assert new_pose_cost(2.0, at(0.2), at(0.4), path) < -2.0
+
+
+def turn_lever(task, degrees=45.0):
+    """The point of the cube that turns the hand about the lever's spindle, by ideal knowledge of the door."""
+    start = task.start
+    spindle = np.array([start.translation[0], 0.42, 1.0])
+    turn = pin.exp3(np.array([np.deg2rad(degrees), 0.0, 0.0]))
+    goal = pin.SE3(turn @ start.rotation, spindle + turn @ (start.translation - spindle))
+    return task.space.point(*task.space.moved(start, goal))
+
+
+def test_the_ideal_direction_lasts_and_turns_the_lever():
+    task = DoorTask(Door(), cost=new_pose_cost)
+    trial = task.attempt(turn_lever(task))
+    assert trial.cost < -2.0
+    assert task.sections_done == 0
+    kept = task.commit(turn_lever(task))
+    assert kept.time == trial.time
+    assert np.rad2deg(task.simulation.lever_angle) < -30.0
+    assert task.sections_done == 1
+
+
+def test_undo_takes_back_the_move_but_not_the_memory():
+    task = DoorTask(Door())
+    before, here = len(task.poses), task.simulation.snapshot().state
+    c = turn_lever(task)
+    first = task.attempt(c)
+    task.commit(c)
+    task.undo()
+    assert np.array_equal(task.simulation.snapshot().state, here)
+    assert len(task.poses) > before
+    again = task.attempt(c)
+    assert (again.time, again.outcome) == (first.time, first.outcome)
+
+
+def test_attempt_leaves_no_trace():
+    task = DoorTask(Door())
+    rng = np.random.default_rng(4)
+    c = rng.uniform(-1, 1, 5)
+    first = task.attempt(c)
+    for _ in range(3):
+        task.attempt(rng.uniform(-1, 1, 5))
+    again = task.attempt(c)
+    assert again.to_json() == first.to_json()
+    assert Trial.from_json(first.to_json()).to_json() == first.to_json()
+
+
+def test_targets_carry_the_hand_along_the_straight_line():
+    """The joint targets, put into the model, place the hand within a millimetre of line and SLERP."""
+    task = DoorTask(Door())
+    start = task.start
+    goal = start * pin.SE3(pin.exp3(np.array([0.0, 0.3, 0.6])), np.array([-0.1, 0.05, 0.05]))
+    model, data = task.kinematics.model, task.kinematics.model.createData()
+    for i, q in enumerate(task.targets(task.simulation.joints, start, goal), start=1):
+        pin.framesForwardKinematics(model, data, q)
+        error = data.oMf[model.getFrameId("tool")].actInv(interpolate(start, goal, i / 100))
+        assert np.linalg.norm(error.translation) < 1e-3
+        assert np.linalg.norm(pin.log3(error.rotation)) < 5e-3
+    assert i == 100  # 4 s at 25 Hz
+
+
+@pytest.mark.parametrize("height", [0.2, 2.5])
+def test_a_handle_out_of_reach_is_refused(height):
+    with pytest.raises(ValueError, match=r"door = 'handle at .*reach"):
+        start_posture(Door(handle_height=height))
+
+
+def test_start_posture_on_both_sides_puts_the_hand_on_the_handle():
+    for side in ("right", "left"):
+        task = DoorTask(Door(side=side))
+        assert task.start.translation == pytest.approx([-0.07, 0.30 if side == "right" else -0.30, 1.0], abs=2e-3)
+
+
+def test_execute_follows_a_known_way_and_not_a_wrong_one():
+    """The ideal way opens the door, the same way without turning the lever does not."""
+    task = DoorTask(Door())
+    spindle = np.array([-0.07, 0.42, 1.0])
+    lever = [pin.exp3(np.array([np.deg2rad(a), 0.0, 0.0])) for a in (0.0, 15.0, 30.0, 44.0)]
+    down = [pin.SE3(R @ task.start.rotation, spindle + R @ (task.start.translation - spindle)) for R in lever]
+    swing = [pin.SE3(pin.exp3(np.array([0.0, 0.0, np.deg2rad(a)])), np.zeros(3)) for a in range(10, 100, 10)]
+    for first, opens in ((down, True), (down[:1], False)):
+        poses = first + [turn * first[-1] for turn in swing]
+        angle, trace = execute(Door(), PoseTrajectory(2.0 * np.arange(len(poses)), poses), Settings(stiffness=0.3))
+        assert (np.rad2deg(angle) >= 90.0) is opens or (angle >= np.pi / 2) == opens
+        assert (trace.outcome == "opened") == opens
