@@ -42,7 +42,9 @@ def main(argv: "list[str]") -> int:
     if options.verb == "doctor" and not launch.stands(launch.ROOT / ".venv", launch.ROOT):
         from tutorialbot import doctor
 
-        return doctor.examine(installed=False)
+        fit = doctor.examine(doctor.MACHINE)
+        print("note  packages  not installed yet: `python3 -m tutorialbot lab` does it")
+        return int(not fit)
     launch.enter(argv)
     from tutorialbot import commands
 

@@ -14,17 +14,12 @@ from pathlib import Path
 from tutorialbot.paths import NOTEBOOKS, ROOT, results
 
 FIRST_PAGE = "00_start_here.ipynb"
-STRIP = ["nbstripout", "--extra-keys", "metadata.language_info cell.metadata.execution"]
+NBVAL = ["--nbval-lax", "--nbval-current-env", "--nbval-cell-timeout=600"]
 
 
 def notebooks() -> list[Path]:
     """Return the notebooks in reading order."""
     return sorted(NOTEBOOKS.glob("*.ipynb"))
-
-
-def strip_command(*options: str) -> list[str]:
-    """Return the command that strips notebooks (or checks them, with --verify); tables tagged keep_output stay."""
-    return [sys.executable, "-m", *STRIP, *options]
 
 
 def lab_command(further: list[str]) -> list[str]:
@@ -74,7 +69,7 @@ def read_tally(name: str, junit: Path, status: int, seconds: float) -> Tally:
 def _pytest(name: str, folder: Path, *arguments: str) -> Tally:
     """Run pytest on two processes, with the results folder and the threads of a test."""
     junit, start = folder / f"{name}.xml", time.monotonic()
-    env = {**os.environ, "OMP_NUM_THREADS": "1", "TUTORIALBOT_RESULTS": str(folder)}
+    env = {**os.environ, "OMP_NUM_THREADS": "1", "TUTORIALBOT_RESULTS": str(folder), "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "--dist", "loadfile", f"--junitxml={junit}", *arguments]
     status = subprocess.run(command, cwd=ROOT, env=env, stdin=subprocess.DEVNULL).returncode
     return read_tally(name, junit, status, time.monotonic() - start)
@@ -101,8 +96,7 @@ def test(options: argparse.Namespace, _further: list[str]) -> int:
         tallies = [Tally("ruff", int(not status), int(bool(status)), seconds=time.monotonic() - start)]
         tallies.append(_pytest("pytest", folder, "tests", *(["--full"] if options.full else [])))
         pages = [str(path) for path in notebooks()]
-        nbval = ["--nbval-lax", "--nbval-current-env", "--nbval-cell-timeout=600"]
-        tallies.append(_pytest("notebooks", folder, *nbval, *pages))
+        tallies.append(_pytest("notebooks", folder, *NBVAL, *pages))
     text, status = summary(tallies, options.full)
     print(text, flush=True)
     return status
@@ -151,9 +145,9 @@ def run(options: argparse.Namespace, _further: list[str]) -> int:
 
 def doctor(_options: argparse.Namespace, _further: list[str]) -> int:
     """Print the findings about this machine."""
-    from tutorialbot.doctor import examine
+    from tutorialbot.doctor import EVERYTHING, examine
 
-    return examine(installed=True)
+    return int(not examine(EVERYTHING))
 
 
 def report(options: argparse.Namespace, _further: list[str]) -> int:
@@ -180,8 +174,13 @@ def grade(options: argparse.Namespace, further: list[str]) -> int:
 
 
 def strip(_options: argparse.Namespace, _further: list[str]) -> int:
-    """Strip all notebooks in place."""
-    return subprocess.run(strip_command(*map(str, notebooks()))).returncode
+    """Strip all notebooks in place, and name those that changed."""
+    from tutorialbot import stripping
+
+    for path in notebooks():
+        if stripping.strip(path):
+            print(f"{path.name}: stripped")
+    return 0
 
 
 def run_verb(options: argparse.Namespace, further: list[str]) -> int:

@@ -7,6 +7,7 @@ import shutil
 import socket
 import subprocess
 import sys
+from collections.abc import Callable, Iterable
 from importlib import metadata
 from pathlib import Path
 
@@ -137,14 +138,16 @@ def check_chromium() -> Finding:
     return NOTE, "Chromium", "none: only `test --full` needs it (Debian: sudo apt install chromium)"
 
 
-def examine(installed: bool) -> int:
-    """Print every finding; returns 1 when something must be mended. Not `installed`: look at the machine alone."""
-    checks = [check_python, check_system, check_disk, check_memory, check_threads, check_port, check_results]
-    checks += [check_versions, check_imports, check_egl] if installed else []
-    findings = []
-    for check in [*checks, check_chromium]:
-        findings.append(check())
-        print("{:<5} {:<9} {}".format(*findings[-1]), flush=True)
-    if not installed:
-        print("note  packages  not installed yet: `python3 -m tutorialbot lab` does it")
-    return int(any(state == BAD for state, _, _ in findings))
+MACHINE = (check_python, check_system, check_disk, check_memory, check_threads, check_port, check_results)
+QUICK = (check_python, check_system, check_memory, check_threads, check_results, check_versions)
+EVERYTHING = (*MACHINE, check_versions, check_imports, check_egl, check_chromium)
+
+
+def examine(checks: Iterable[Callable[[], Finding]]) -> bool:
+    """Print what each of `checks` finds, one line each; returns whether nothing must be mended."""
+    fit = True
+    for check in checks:
+        state, what, found = check()
+        print(f"{state:<5} {what:<9} {found}", flush=True)
+        fit = fit and state != BAD
+    return fit

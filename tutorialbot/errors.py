@@ -34,7 +34,9 @@ class BrokenFile(TutorialbotError, ValueError):
     """A file that was read is damaged, cut short, or not what its name promises."""
 
 
-def finite_number(argument: str, value: Any, low: float = -np.inf, high: float = np.inf, *, above: bool = False) -> float:
+def finite_number(
+    argument: str, value: Any, low: float = -np.inf, high: float = np.inf, *, above: bool = False
+) -> float:
     """Return `value` as a float in [low, high], or in (low, high] when `above`; raise InvalidType or InvalidValue."""
     bounds = f"a finite number {'>' if above else '>='} {low:g}" if np.isfinite(low) else "a finite number"
     bounds += f" and <= {high:g}" if np.isfinite(high) else ""

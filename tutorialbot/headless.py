@@ -35,12 +35,16 @@ def execute(notebook: Path, page: Path, source: str) -> None:
     with progress(total=cells, description=notebook.stem) as bar:
         client = NotebookClient(
             content, timeout=None, kernel_name="python3", resources={"metadata": {"path": str(notebook.parent)}},
-            on_cell_executed=lambda **_: bar.update(), on_cell_error=lambda **_: bar.update(0),
+            on_cell_executed=lambda **_: bar.update(),
         )  # fmt: skip
         try:
             client.execute()
-        except (CellExecutionError, DeadKernelError) as error:
-            raise CellFailed(str(error)[-2000:]) from None
+        except BaseException as error:
+            if hasattr(client, "_async_cleanup_kernel_future"):  # nbclient caught a signal and ended the kernel
+                raise KeyboardInterrupt from None
+            if isinstance(error, CellExecutionError | DeadKernelError):
+                raise CellFailed(str(error)[-2000:]) from None
+            raise
     body, _ = HTMLExporter().from_notebook_node(content, {"metadata": {"name": notebook.stem}})
     page.parent.mkdir(parents=True, exist_ok=True)
     part = page.with_suffix(f".{os.getpid()}.part")

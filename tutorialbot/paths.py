@@ -11,7 +11,7 @@ NOTEBOOKS = ROOT / "notebooks"
 
 
 def results() -> Path:
-    """Folder for what a user makes (git-ignored): $TUTORIALBOT_RESULTS, else `results/` at the top; made when missing."""
+    """Folder, made when missing, for what a user makes (git-ignored): $TUTORIALBOT_RESULTS, else `results/`."""
     folder = Path(os.environ.get("TUTORIALBOT_RESULTS") or ROOT / "results")
     folder.mkdir(parents=True, exist_ok=True)
     return folder
