@@ -24,15 +24,15 @@ OTHER = """
 """
 
 
-def push(door, hinge=0.0, lever=0.0, seconds=1.0, turn=0.0):
-    """Hold the torques [Nm] for a while, the latch switched off first when the lever stands at `turn`; return both
-    angles.
-    """
+def push(door, hinge=0.0, lever=0.0, seconds=2.0, turn=0.0):
+    """Raise both torques [Nm] slowly to their values and hold them, from the lever at `turn`; return both angles."""
     model = door.model()
     data = mujoco.MjData(model)
     data.joint("lever").qpos[0] = turn
-    for _ in range(round(seconds / model.opt.timestep)):
-        data.joint("hinge").qfrc_applied[0], data.joint("lever").qfrc_applied[0] = hinge, lever
+    steps = round(seconds / model.opt.timestep)
+    for step in range(steps):
+        share = min(1.0, 2.0 * step / steps)
+        data.joint("hinge").qfrc_applied[0], data.joint("lever").qfrc_applied[0] = share * hinge, share * lever
         mujoco.mj_step(model, data)
     return float(data.joint("hinge").qpos[0]), float(data.joint("lever").qpos[0])
 
