@@ -2,6 +2,10 @@
 
 import hypothesis
 import pytest
+from hypothesis import settings
+
+settings.register_profile("steady", deadline=None, derandomize=True)  # no timed assertions; the same cases each run
+settings.load_profile("steady")
 
 # The same inputs in every run, and no time limit: a slow machine is not a fault.
 hypothesis.settings.register_profile("steady", deadline=None, derandomize=True, database=None)
