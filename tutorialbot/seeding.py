@@ -15,7 +15,7 @@ def make_rng(seed: int, *stream: int) -> np.random.Generator:
 
 @contextmanager
 def numpy_global(rng: np.random.Generator) -> Iterator[None]:
-    """Seed numpy's global generator from `rng` inside the block, and put it back afterwards: DEAP's CMA-ES draws from it."""
+    """Seed the global generator from `rng` inside the block, put it back afterwards: CMA-ES draws from it."""
     before = np.random.get_state()  # noqa: NPY002
     np.random.seed(int(rng.integers(2**32)))  # noqa: NPY002
     try:

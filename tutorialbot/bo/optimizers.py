@@ -126,6 +126,7 @@ class SkoptSearch(RandomSearch):
             n_initial_points=initial,
             acq_func=acquisition,
             acq_optimizer="sampling",
+            acq_optimizer_kwargs={"n_points": CANDIDATES},
             random_state=int(rng.integers(2**31)),
         )
 

@@ -1,0 +1,69 @@
+"""The benchmark's own arithmetic, and that an interrupted study goes on."""
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from tutorialbot import bench, door_bench
+from tutorialbot.door_bench import Case, study, summarise, wilson
+
+
+@pytest.mark.parametrize(("successes", "trials"), [(0, 20), (3, 20), (50, 100), (100, 100)])
+def test_wilson_agrees_with_scipy(successes, trials):
+    interval = binomtest(successes, trials).proportion_ci(method="wilson")
+    assert wilson(successes, trials) == pytest.approx((interval.low, interval.high), abs=1e-4)
+
+
+def door(seed, opened, sections, preset="improved"):
+    return {
+        "preset": preset, "seeds": 1, "trials": 15, "stiffness": 0.12, "noise": False, "spindle_radius": 0.42,
+        "seed": seed, "opened": opened, "hinge_deg": 90.0 if opened else 75.0, "sections": sections,
+        "lever_sections": 2, "pull_sections": sections - 2, "evaluations": 15 * sections, "cpu_seconds": 2.0, "surrogate_seconds": 0.5,
+        "executed": opened,
+    }  # fmt: skip
+
+
+def test_shares_count_unopened_doors_and_medians_do_not():
+    doors = [door(0, True, 6), door(1, True, 8), door(2, True, 11), door(3, False, 12)]
+    doors.append(door(0, True, 5, "improved, random"))
+    row, control = summarise(doors)
+    assert (row["n"], row["opened_12"], row["opened_8"], row["opened_6"]) == (4, 0.75, 0.5, 0.25)
+    assert (row["median_sections"], row["reached_70_deg"]) == (8.0, 1.0)
+    assert control["n"] == 1
+
+
+def test_an_interrupted_study_goes_on(tmp_path, monkeypatch):
+    made = []
+
+    def quick(case, seed):
+        made.append(seed)
+        if len(made) == 3:
+            raise KeyboardInterrupt
+        return door(seed, True, 6)
+
+    monkeypatch.setattr(door_bench, "one_door", quick)
+    path = tmp_path / "door.jsonl"
+    with pytest.raises(KeyboardInterrupt):
+        study([Case("improved", 5)], path, jobs=1)
+    assert len(path.read_text().splitlines()) == 1 + 2
+    doors = study([Case("improved", 5)], path, jobs=1)
+    assert sorted(entry["seed"] - door_bench.FIRST_SEED for entry in doors) == [0, 1, 2, 3, 4]
+    assert len(made) == 3 + 3  # two kept, one interrupted and made again, two new
+    assert len(study([Case("improved", 2)], path, jobs=1)) == 2
+
+
+def test_one_small_door_has_a_full_row():
+    result = door_bench.one_door(Case("improved", 1, trials=2), 1)
+    assert set(result) == set(door(0, True, 6))
+    assert 0.0 < result["surrogate_seconds"] < result["cpu_seconds"]
+
+
+def test_physics_rows_are_ratios_of_one_run():
+    rows = door_bench.physics(repeats=1)
+    assert all(np.isfinite(value) and value > 0 for value in rows.values())
+    assert rows["replay_5"] > rows["restore_5"]
+
+
+def test_an_unknown_benchmark_is_refused():
+    with pytest.raises(ValueError, match=r"name = 'window': expected one of 'door'"):
+        bench.main(["window"])

@@ -1,0 +1,81 @@
+"""Benchmarks: `python3 -m tutorialbot bench NAME` prints ratios, all measured in one run, and writes them as JSON."""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+from tutorialbot import paths
+from tutorialbot.errors import one_of
+from tutorialbot.runs import RunRecord
+
+
+def door(options: argparse.Namespace) -> RunRecord:
+    """Paper 1: steps, trials and snapshots; then the presets, controls and peers on paired seeds."""
+    from tutorialbot import door_bench
+
+    began = time.monotonic()
+    physics = door_bench.physics()
+    doors = door_bench.study(
+        door_bench.study_cases(options.seeds), paths.results() / "bench" / "door.jsonl", options.jobs
+    )
+    rows = door_bench.summarise(doors)
+    summary = _door_summary({row["preset"]: row for row in rows if _plain(row)})
+    values = {"summary": summary, "physics": physics, "rows": rows, "doors": doors}
+    command = f"python3 -m tutorialbot bench door --seeds {options.seeds}"
+    record = RunRecord("door", command, door_bench.FIRST_SEED, "paper", round(time.monotonic() - began, 1), values)
+    _print_door(physics, rows)
+    print("\n" + summary)
+    return record
+
+
+def _door_summary(rows: dict[str, dict]) -> str:
+    best, literal = rows["improved"], rows["paper"]
+    within = {n: f"{100 * best[f'opened_{n}']:.0f} %" for n in (12, 8)}
+    return (
+        f"{within[12]} of {best['n']} doors opened within 12 sections (95 % interval {100 * best['low']:.0f}-"
+        f"{100 * best['high']:.0f} %), {within[8]} within 8; the paper read literally opened "
+        f"{100 * literal['opened_12']:.0f} % of {literal['n']} (the paper says more than half)"
+    )
+
+
+def _plain(row: dict) -> bool:
+    return (row["trials"], row["stiffness"], row["noise"], row["spindle_radius"]) == (15, 0.12, False, 0.42)
+
+
+def _print_door(physics: dict, rows: list[dict]) -> None:
+    print(f"steps a second   {physics['steps_per_second']:9.0f}")
+    print(
+        f"a trial of 4 s   {physics['trial_of_4_s']:9.4f} s of one core, {physics['times_real_time']:.0f} x real time"
+    )
+    print(f"MuJoCo's share   {physics['physics_share']:9.2f}")
+    for sections in (1, 3, 5):
+        replay, restore = physics[f"replay_{sections}"], physics[f"restore_{sections}"]
+        ratio = (replay + physics["trial"]) / (restore + physics["trial"])
+        print(f"after {sections} sections a trial with replay costs {ratio:.1f} x one with a snapshot", end=" ")
+        print(f"({1e3 * replay:.1f} ms against {1e3 * restore:.3f} ms)")
+    widths = {"preset": 22, "trials": 7, "stiffness": 10, "noise": 6, "spindle_radius": 15, "n": 4, "opened_12": 10}
+    widths |= {"low": 6, "high": 6, "opened_8": 9, "opened_6": 9, "median_sections": 16, "evaluations": 12}
+    widths |= {"cpu_seconds": 12, "surrogate_seconds": 18, "executed": 9}
+    print("\n" + "".join(f"{name:>{width}}" for name, width in widths.items()))
+    for row in rows:
+        print("".join(f"{row[name]!s:>{width}}" for name, width in widths.items()))
+
+
+BENCHMARKS = {"door": door}
+
+
+def main(argv: list[str]) -> int:
+    """Run the benchmark that argv names; raises InvalidValue that lists the benchmarks for any other name."""
+    parser = argparse.ArgumentParser(prog="python3 -m tutorialbot bench", description=__doc__)
+    parser.add_argument("name", help="one of: " + ", ".join(sorted(BENCHMARKS)))
+    parser.add_argument(
+        "--seeds", type=int, default=100, help="doors of the main rows (the others get 2/5 or 1/5 of it)"
+    )
+    parser.add_argument("--jobs", type=int, default=2, help="processes")
+    parser.add_argument("--out", type=Path, help="JSON file to write (default: results/bench/NAME.json)")
+    options = parser.parse_args(argv)
+    run = BENCHMARKS[one_of("name", options.name, BENCHMARKS)]
+    path = run(options).save(options.out or paths.results() / "bench" / f"{options.name}.json")
+    print(f"written: {path}", file=sys.stderr)
+    return 0
