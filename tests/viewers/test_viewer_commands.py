@@ -217,7 +217,7 @@ def test_html_page_holds_everything_and_names_no_address(tmp_path):
     assert not re.search(r"(src|href)\s*=|https?://|\bimport\b", text)
     blocks = dict(re.findall(r'id="(code|data)">([^<]+)<', text))
     parts = json.loads(gzip.decompress(b64decode(blocks["code"])))
-    assert "REVISION" in parts["meshcat"] and "SceneView" in parts["core"]
+    assert "REVISION" in parts["meshcat"] and "SceneView" in parts["core"] and "Store" in parts["store"]
     assert unpacked(b64decode(blocks["data"]))[1] == recorded(scene)
     assert len(text) < 340_000
 
@@ -231,8 +231,9 @@ def test_display_mode_follows_the_environment(monkeypatch):
     monkeypatch.setenv("TUTORIALBOT_VIEWER", "live")
     assert "application/vnd.jupyter.widget-view+json" in scene._repr_mimebundle_()[0]
     monkeypatch.setenv("TUTORIALBOT_VIEWER", "film")
-    with pytest.raises(InvalidValue, match="TUTORIALBOT_VIEWER = 'film'"):
-        scene._repr_mimebundle_()
+    for shown in (scene, scene.widget):
+        with pytest.raises(InvalidValue, match="TUTORIALBOT_VIEWER = 'film'"):
+            shown._repr_mimebundle_()
 
 
 @pytest.mark.parametrize(

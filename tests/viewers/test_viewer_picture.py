@@ -4,10 +4,11 @@ import io
 
 import meshcat.geometry as mg
 import numpy as np
+from meshcat.animation import Animation
 from PIL import Image
 
 from tutorialbot.viewers import Scene
-from tutorialbot.viewers.scene import FIELD_OF_VIEW, fitting_eye
+from tutorialbot.viewers.look import FIELD_OF_VIEW, fitting_eye
 from tutorialbot.viewers.solids import boxes
 
 
@@ -89,7 +90,7 @@ def test_the_given_camera_shows_everything_and_little_more():
     seen = is_red(pixels(scene, 320, 200))
     assert not seen[[0, -1]].any() and not seen[:, [0, -1]].any()
     assert np.ptp(np.nonzero(seen)[0]) > 120
-    content = boxes(scene.window.entries)
+    content = boxes(scene.window.entries, {})
     eye = fitting_eye(content, np.array([0.0, 0.0, 1.0]))
     assert np.linalg.norm(eye) < 10.0
 
@@ -97,9 +98,32 @@ def test_the_given_camera_shows_everything_and_little_more():
 def test_a_huge_plane_does_not_push_the_camera_away():
     scene = Scene()
     ball(scene, "a", 0xFF0000, (0.0, 0.0, 0.5), 0.1)
-    alone = scene._look.header()
+    alone = scene._look.header(now=True)
     scene["ground"].set_object(mg.Box([50.0, 50.0, 0.01]))
-    assert scene._look.header() == alone
+    assert scene._look.header(now=True) == alone
+
+
+def test_a_live_camera_follows_new_content_and_not_motion():
+    scene = Scene()
+    ball(scene, "a", 0xFF0000, (0.0, 0.0, 0.5), 0.1)
+    first = scene._look.header()
+    ball(scene, "a", 0xFF0000, (0.0, 0.0, 5.0), 0.1)  # it moves
+    assert scene._look.header() == first != scene._look.header(now=True)
+    ball(scene, "b", 0xFF0000, (0.0, 0.0, 5.05), 0.1)  # something new, outside of what is seen
+    wider = scene._look.header()
+    assert wider["center"][2] > 4.0
+    ball(scene, "c", 0xFF0000, (0.0, 0.0, 5.02), 0.1)  # something new, inside
+    assert scene._look.header() == wider
+
+
+def test_an_animation_counts_for_the_camera():
+    scene, animation = Scene(), Animation(default_framerate=1)
+    ball(scene, "a", 0xFF0000, (0.0, 0.0, 0.5), 0.1)
+    for second, x in enumerate((0.0, 3.0, -2.0)):
+        with animation.at_frame(scene["a"], second) as frame:
+            frame.set_transform(np.array([[1, 0, 0, x], [0, 1, 0, 0], [0, 0, 1, 0.5], [0, 0, 0, 1.0]]))
+    scene.set_animation(animation)
+    assert scene._look.header()["center"][0] == 0.5
 
 
 def test_an_empty_scene_has_a_picture_too():

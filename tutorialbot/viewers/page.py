@@ -3,8 +3,8 @@
 from base64 import b64encode
 from html import escape
 
+from tutorialbot.viewers.assets import front_end, script
 from tutorialbot.viewers.log import Key, pack
-from tutorialbot.viewers.widget import front_end, script
 
 TEMPLATE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title>

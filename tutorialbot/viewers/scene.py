@@ -1,8 +1,6 @@
 """A meshcat scene that records its commands, and shows itself live, as an HTML page or as a picture."""
 
 import io
-import os
-from dataclasses import dataclass
 from pathlib import Path
 
 import meshcat
@@ -11,58 +9,11 @@ import numpy as np
 import pinocchio
 from PIL import Image
 
-from tutorialbot.errors import InvalidType, InvalidValue, finite_array, one_of, positive, whole_number
-from tutorialbot.viewers import page, picture, shapes
+from tutorialbot.errors import InvalidType, InvalidValue, finite_array, positive, whole_number
+from tutorialbot.viewers import shapes
 from tutorialbot.viewers.log import CommandLog
-from tutorialbot.viewers.solids import boxes
+from tutorialbot.viewers.look import Look
 from tutorialbot.viewers.widget import SceneWidget, note_use
-
-DIRECTION = np.array([1.0, -1.05, 0.55])  # from the scene's middle to the camera, where no camera is given
-FIELD_OF_VIEW = np.deg2rad(32.0)  # vertical
-NARROWEST = 1.6  # width over height of a view that still shows everything
-MARGIN = 1.16  # room left around the content
-CONTENT = ("set_object", "set_animation")  # commands that change what there is to see
-SHOWN_AS = ("live", "html", "png")
-
-
-@dataclass
-class Look:
-    """What a view needs besides the commands: size and camera. None stands for a camera that fits the content."""
-
-    log: CommandLog
-    height: int
-    camera: tuple[float, ...] | None
-    target: tuple[float, ...] | None
-    fitted: tuple | None = None  # what the camera was fitted to, and the boxes of it then
-
-    def _boxes(self) -> np.ndarray:
-        """Return the boxes to fit the camera to: new ones when the content is new, not when it has moved."""
-        entries = self.log.entries
-        content = {key: entries[key] if key[0] == "set_animation" else b"" for key in entries if key[0] in CONTENT}
-        if self.fitted is None or self.fitted[0] != content:
-            self.fitted = content, boxes(entries)
-        return self.fitted[1]
-
-    def header(self) -> dict:
-        """Return height [px], camera and target (3,) [m], and the extent of the content (center, radius, floor)."""
-        content = self._boxes()
-        low, high = content[:, 0].min(0), content[:, 1].max(0)
-        center, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
-        target = center if self.target is None else np.array(self.target)
-        camera = fitting_eye(content, target) if self.camera is None else np.array(self.camera)
-        places = {"camera": camera, "target": target, "center": center}
-        rounded = {name: [round(float(x), 4) for x in place] for name, place in places.items()}
-        return {"height": self.height, "radius": round(radius, 4), "floor": min(0.0, float(low[2])), **rounded}
-
-
-def fitting_eye(boxes: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the nearest place (3,) in DIRECTION from `target` (3,) that sees all `boxes` (n, 2, 3) and some margin."""
-    corners = np.stack([boxes[:, [i, j, k], [0, 1, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]).reshape(-1, 3)
-    back = DIRECTION / np.linalg.norm(DIRECTION)
-    side = np.cross([0.0, 0.0, 1.0], back) / np.linalg.norm(back[:2])
-    x, y, z = ((corners - target) @ np.stack([side, np.cross(back, side), back], -1)).T
-    steep = np.tan(FIELD_OF_VIEW / 2)
-    return target + back * max(0.1, float((z + MARGIN * np.maximum(abs(y), abs(x) / NARROWEST) / steep).max()))
 
 
 class Scene:
@@ -165,24 +116,17 @@ class Scene:
     def widget(self) -> SceneWidget:
         """The ipywidget of this scene, for layouts such as `ipywidgets.VBox([slider, scene.widget])`."""
         if self._widget is None or self._widget.comm is None:
-            self._widget = SceneWidget(self._log, self._look.header)
+            self._widget = SceneWidget(self._look)
         note_use(self._widget)
         return self._widget
 
     def _repr_mimebundle_(self, **_) -> dict | tuple:
         """What a cell shows: live, unless $TUTORIALBOT_VIEWER asks for "html" (offline) or "png"."""
-        variable = "TUTORIALBOT_VIEWER"
-        shown_as = one_of(variable, os.environ.get(variable) or "live", SHOWN_AS)
-        if shown_as == "live":
-            return self.widget._repr_mimebundle_()
-        text = {"text/plain": repr(self)}
-        if shown_as == "html":
-            return {**text, "text/html": page.frame(self.html(), self._look.height)}
-        return {**text, "image/png": self.png()}
+        return self._look.still() or self.widget._repr_mimebundle_()
 
     def html(self, path: str | Path | None = None, title: str = "Scene") -> str:
         """Return the scene, with its animation, as one HTML page for offline use; written too if `path` is given."""
-        text = page.build(self._look.header(), self._log.entries, title)
+        text = self._look.html(title)
         if path is not None:
             Path(path).write_text(text, encoding="utf-8")
         return text
@@ -190,7 +134,7 @@ class Scene:
     def png(self, path: str | Path | None = None, width: int = 960, height: int | None = None) -> bytes:
         """Return a still picture (PNG), drawn by software alone: no GL, no browser; written too if `path` is given."""
         size = (whole_number("width", width, 16), whole_number("height", height or self._look.height, 16))
-        data = picture.png(self._log.entries, self._look.header(), *size, FIELD_OF_VIEW)
+        data = self._look.png(*size)
         if path is not None:
             Path(path).write_bytes(data)
         return data

@@ -1,5 +1,6 @@
 """Reads recorded commands back: triangles in the world, and how far the content reaches."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,8 @@ from tutorialbot.viewers.log import Key
 
 DTYPES = {0x12: np.uint8, 0x15: np.int32, 0x16: np.uint32, 0x17: np.float32}
 EMPTY = np.array([[[-0.5, -0.5, 0.0], [0.5, 0.5, 1.0]]])  # what an empty scene makes room for [m]
+OUTWARD = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float).T
+STILL = np.zeros((2, 3))
 BACKDROP = 15.0  # what is larger than this [m] does not count as content while something smaller is there
 
 
@@ -72,18 +75,21 @@ def _transforms(entries: dict[Key, bytes]) -> dict[str, np.ndarray]:
     return {path: np.reshape(umsgpack.unpackb(body)["matrix"], (4, 4)).T for path, body in found}
 
 
-def solids(entries: dict[Key, bytes]) -> list[Solid]:
-    """Return what the commands show below /meshcat, as triangles and lines in the world."""
+def _shown(entries: dict[Key, bytes]) -> Iterator[tuple[Key, bytes, np.ndarray]]:
+    """Yield key, command and world pose of each object below /meshcat that is not hidden."""
     transforms = _transforms(entries)
     hidden = [k[1] for k, b in entries.items() if k[2] == "visible" and not umsgpack.unpackb(b)["value"]]
-    result = []
-    for (kind, path, _), body in entries.items():
-        shown = path.startswith("/meshcat") and not any(path == h or path.startswith(h + "/") for h in hidden)
-        if kind == "set_object" and shown:
-            solid = _solid(path, umsgpack.unpackb(body)["object"], _node_pose(path, transforms))
-            if solid is not None:
-                result.append(solid)
-    return result
+    for key, body in entries.items():
+        path = key[1]
+        hides = any(path == h or path.startswith(h + "/") for h in hidden)
+        if key[0] == "set_object" and path.startswith("/meshcat") and not hides:
+            yield key, body, _node_pose(path, transforms)
+
+
+def solids(entries: dict[Key, bytes]) -> list[Solid]:
+    """Return what the commands show below /meshcat, as triangles and lines in the world."""
+    found = (_solid(key[1], umsgpack.unpackb(body)["object"], pose) for key, body, pose in _shown(entries))
+    return [solid for solid in found if solid is not None]
 
 
 def _solid(path: str, lowered: dict, pose: np.ndarray) -> Solid | None:
@@ -111,14 +117,23 @@ def _solid(path: str, lowered: dict, pose: np.ndarray) -> Solid | None:
     return Solid(path, vertices @ pose[:3, :3].T + pose[:3, 3], normals, faces, rgba)
 
 
-def boxes(entries: dict[Key, bytes]) -> np.ndarray:
-    """Return the lowest and highest corner of each object, (n, 2, 3) [m], over the whole of a recorded animation."""
-    content = [s for s in solids(entries) if len(s.vertices)]
-    reach = _reach(entries)
-    found = []
-    for solid in content:
-        low, high = next((r for path, r in reach.items() if solid.path.startswith(path + "/")), np.zeros((2, 3)))
-        found.append((solid.vertices.min(0) + low, solid.vertices.max(0) + high))
+def boxes(entries: dict[Key, bytes], known: dict[Key, tuple[bytes, np.ndarray]]) -> np.ndarray:
+    """Return the lowest and highest corner of each object, (n, 2, 3) [m], over the whole of a recorded animation.
+
+    `known` keeps each object's outermost points from one call to the next, for as long as the object is the same.
+    """
+    reach, found = _reach(entries), []
+    for key, body, pose in _shown(entries):
+        if key not in known or known[key][0] is not body:
+            solid = _solid(key[1], umsgpack.unpackb(body)["object"], np.eye(4))
+            points = np.empty((0, 3)) if solid is None else solid.vertices
+            known[key] = body, points[np.unique((points @ OUTWARD).argmax(0))] if len(points) else points
+        points = known[key][1] @ pose[:3, :3].T + pose[:3, 3]
+        if len(points):
+            low, high = next((r for path, r in reach.items() if f"{key[1]}/".startswith(f"{path}/")), STILL)
+            found.append((points.min(0) + low, points.max(0) + high))
+    for key in known.keys() - entries.keys():
+        del known[key]
     every = np.array(found).reshape(-1, 2, 3)
     small = every[np.ptp(every, axis=1).max(axis=1) < BACKDROP]
     every = small if len(small) else every

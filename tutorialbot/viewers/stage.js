@@ -4,7 +4,7 @@
 module.exports = (THREE) => {
   function lights(extent) {
     const group = new THREE.Group(), { center, radius } = extent;
-    const key = new THREE.DirectionalLight(0xffffff, 0.55), fill = new THREE.DirectionalLight(0xdfe8ff, 0.2);
+    const key = new THREE.DirectionalLight(0xffffff, 0.52), fill = new THREE.DirectionalLight(0xdfe8ff, 0.2);
     const place = (light, x, y, z) => light.position.set(...[x, y, z].map((v, i) => center[i] + 3 * radius * v));
     place(key, 0.45, -0.55, 1.0);
     place(fill, -0.8, 0.7, 0.4);
@@ -21,7 +21,7 @@ module.exports = (THREE) => {
     Object.assign(key.shadow.camera, {
       left: -reach, right: reach, top: reach, bottom: -reach, near: 0.1 * radius, far: 8 * radius,
     });
-    const sky = new THREE.HemisphereLight(0xffffff, 0xc4ccd8, 0.5);
+    const sky = new THREE.HemisphereLight(0xffffff, 0xc4ccd8, 0.47);
     sky.position.set(0, 0, 1);
     group.add(sky);
     return { group, key };

@@ -8,5 +8,5 @@ async function unpackFrontEnd(bytes) {
     new Function("module", "exports", "define", source).call(globalThis, module, module.exports, undefined);
     return module.exports;
   };
-  return load(parts.core)(load(parts.meshcat), load(parts.stage));
+  return load(parts.core)(load(parts.meshcat), load(parts.stage), load(parts.store));
 }

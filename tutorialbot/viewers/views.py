@@ -36,6 +36,8 @@ class _View:
         with self.scene.window.batch():
             if any(key[1].startswith(f"/meshcat/{self.root}/") for key in self.scene.window.entries):
                 self.scene[self.root].delete()
+            if self.scene._clips.pop(self.root, None):
+                self.scene.set_animation(ma.Animation(_all_clips(self.scene)))
             self.scene[self.root].set_transform(self._offset)
             for path, parts in nodes.items():
                 for part in parts:
@@ -194,10 +196,14 @@ def play(view: _View, qpos, times, speed: float = 1.0, repeat: bool = True):
         path = view.scene[f"{view.root}/{name}"].path
         clips[path] = _clip(times[chosen], poses[:, node])
     view.scene._clips[view.root] = clips
-    everything = {path: clip for clips in view.scene._clips.values() for path, clip in clips.items()}
     view._place(poses[0])
-    view.scene.window.send(_PlayCommand(ma.Animation(everything), float("inf") if repeat else 1, speed))
+    view.scene.window.send(_PlayCommand(ma.Animation(_all_clips(view.scene)), float("inf") if repeat else 1, speed))
     return view.scene.widget
+
+
+def _all_clips(scene: Scene) -> dict:
+    """Return the clips of all robots of a scene that have a motion."""
+    return {path: clip for clips in scene._clips.values() for path, clip in clips.items()}
 
 
 def _clip(times: np.ndarray, poses: np.ndarray) -> ma.AnimationClip:

@@ -5,38 +5,21 @@ import threading
 import time
 import uuid
 import weakref
-from collections.abc import Callable
-from functools import cache
-from gzip import compress
-from json import dumps
-from pathlib import Path
 
 import anywidget
-import meshcat
 import traitlets
 from IPython import get_ipython
 
-from tutorialbot.viewers.log import CommandLog, pack
+from tutorialbot.viewers.assets import front_end, script
+from tutorialbot.viewers.log import pack
+from tutorialbot.viewers.look import Look
 
 FRAME = 1.0 / 60.0  # shortest time between two messages [s]
 
 
 
 
-def script(name: str) -> str:
-    """Return one of this package's JavaScript files."""
-    return (Path(__file__).parent / f"{name}.js").read_text(encoding="utf-8")
-
-
 SCRIPT = script("unpack") + script("widget")
-
-
-@cache
-def front_end() -> bytes:
-    """Return, gzipped, the JavaScript that draws: meshcat's own viewer from the installed package, and our part."""
-    bundle = Path(meshcat.viewer_assets_path()) / "dist" / "main.min.js"
-    parts = {"meshcat": bundle.read_text(encoding="utf-8"), "stage": script("stage"), "core": script("core")}
-    return compress(dumps(parts, ensure_ascii=False).encode(), 9, mtime=0)
 
 
 class FrontEnd(anywidget.AnyWidget):
@@ -61,17 +44,20 @@ class SceneWidget(anywidget.AnyWidget):
     scene = traitlets.Unicode().tag(sync=True)
     snapshot = traitlets.Bytes().tag(sync=True)
 
-    def __init__(self, log: CommandLog, header: Callable[[], dict]):
-        self._log, self._header, self._sequence, self._last, self._timer = log, header, 0, 0.0, None
+    def __init__(self, look: Look):
+        self._look, self._log, self._sequence, self._last, self._timer = look, look.log, 0, 0.0, None
         self._packed: tuple[int, bytes] = (-1, b"")
-        log.take()
-        self._view = header()
+        self._log.take()
+        self._view = look.header()
         super().__init__(channel=shared_front_end().channel, scene=uuid.uuid4().hex)
         self.on_msg(self._answer)
-        log.on_change = self._changed
+        self._log.on_change = self._changed
 
     def __repr__(self) -> str:
         return "Scene()"
+
+    def _repr_mimebundle_(self, **kwargs) -> dict | tuple | None:
+        return self._look.still() or super()._repr_mimebundle_(**kwargs)
 
     def close(self) -> None:
         """Close the channel; the front end removes every view of it."""
@@ -93,14 +79,14 @@ class SceneWidget(anywidget.AnyWidget):
         """Tell the front end where the camera is now, whatever the reader has done to it."""
         with self._log.lock:
             self._packed = (-1, b"")
-            self._view = self._header()
+            self._view = self._look.header()
             self.tell({"kind": "view", "view": self._view, "move": True})
 
     def _snapshot(self) -> bytes:
         with self._log.lock:
             self._flush()
             if self._packed[0] != self._sequence:
-                header = {"sequence": self._sequence, "view": self._header()}
+                header = {"sequence": self._sequence, "view": self._look.header()}
                 self._packed = (self._sequence, pack(header, self._log.entries))
             return self._packed[1]
 
@@ -127,7 +113,7 @@ class SceneWidget(anywidget.AnyWidget):
         content = {"kind": "commands", "sequence": self._sequence, "keys": list(pending), "sizes": sizes}
         self.tell(content, [b"".join(pending.values())])
         if any(key[0] in ("set_object", "set_animation", "delete") for key in pending):
-            view = self._header()
+            view = self._look.header()
             if view != self._view:  # there is more, or less, to see: the camera that fits is another
                 self._view = view
                 self.tell({"kind": "view", "view": view, "move": False})
