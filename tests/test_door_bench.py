@@ -18,7 +18,8 @@ def door(seed, opened, sections, preset="improved"):
     return {
         "preset": preset, "seeds": 1, "trials": 15, "stiffness": 0.12, "noise": False, "spindle_radius": 0.42,
         "seed": seed, "opened": opened, "hinge_deg": 90.0 if opened else 75.0, "sections": sections,
-        "lever_sections": 2, "pull_sections": sections - 2, "evaluations": 15 * sections, "cpu_seconds": 2.0, "surrogate_seconds": 0.5,
+        "lever_sections": 2, "pull_sections": sections - 2, "evaluations": 15 * sections,
+        "cpu_seconds": 2.0, "surrogate_seconds": 0.5,
         "executed": opened,
     }  # fmt: skip
 

@@ -17,11 +17,11 @@ LEVELS = (
     {"robots", "pose", "trajectory"},
     {"scene"},
     {"bo", "ik", "vox2c"},
-    {"viewers", "plots", "report", "checks", "studies", "bench", "headless", "stripping"},
+    {"viewers", "plots", "report", "checks", "studies", "bench", "door_bench", "headless", "stripping"},
     {"doctor"},
     {"commands"},
 )
-EXCEPTIONS = {("trajectory", "pose"), ("bo", "ik.prioritized"), ("bench", "studies")}  # sibling rooms that may meet
+EXCEPTIONS = {("trajectory", "pose"), ("bo", "ik.prioritized"), ("bench", "door_bench")}  # sibling rooms that may meet
 STANDARD_ONLY = {"__init__", "__main__", "launch"}  # they run before anything is installed
 TOP = 5  # from this level on, drawing and printing are allowed
 ONLY_IN = {"torch": "vox2c", "ompl": "vox2c.planning"}

@@ -128,6 +128,15 @@ def test_killed_at_any_moment_the_search_goes_on(tmp_path):
     assert resumed.stdout.split() == [str(run.evaluations), str(run.hinge_angle)]
 
 
+@pytest.mark.full
+def test_the_improved_preset_opens_most_doors():
+    """At least 7 of 10 fresh seeds; a preset that opens 95 % fails this once in 900 draws, and these seeds are fixed."""
+    runs = [open_door(Door(), seed=9100 + i) for i in range(10)]
+    assert sum(run.opened for run in runs) >= 7
+    opened = next(run for run in runs if run.opened)
+    assert max(section.hinge_angle for section in opened.sections) == pytest.approx(np.pi / 2, abs=0.02)
+
+
 @pytest.mark.parametrize("name", sorted(PRESETS))
 def test_every_preset_runs(name):
     run = open_door(Door(), seed=1, preset=name, trials_per_section=6, max_sections=1)

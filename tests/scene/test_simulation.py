@@ -96,6 +96,23 @@ def test_a_softer_arm_collides_later():
     assert times[0] > times[1] > times[2]
 
 
+@pytest.mark.parametrize(("stiffness", "expected"), [(1.0, (8.0, 1.7, 1.3)), (0.12, (1.3, 0.21, 0.14))])
+def test_stiffness_of_the_hand_is_what_settings_say(stiffness, expected):
+    """Push the free hand by 5 N along each axis for a second; expected in kN/m."""
+    task = DoorTask(Door(), settings=Settings(stiffness=stiffness))
+    simulation = task.simulation
+    for axis in range(3):
+        simulation.restore(task.here)
+        simulation.begin()
+        simulation.data.eq_active[simulation._grasp] = 0
+        force = simulation.data.xfrc_applied[simulation.model.site("tool").bodyid[0]]
+        force[axis] = 5.0
+        before = simulation.tool_pose.translation[axis]
+        simulation.follow(still(simulation, 1.0), stop=False)
+        force[axis] = 0.0
+        assert 0.005 / (simulation.tool_pose.translation[axis] - before) == pytest.approx(expected[axis], rel=0.1)
+
+
 def test_the_robot_knows_nothing_of_the_door():
     assert {field.name for field in fields(Trace)} == {"times", "wrench", "joints", "outcome", "time"}
 

@@ -13,52 +13,14 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot import paths
-from tutorialbot.errors import finite_array, finite_number, positive
+from tutorialbot.errors import finite_array
 from tutorialbot.scene import control
 from tutorialbot.scene.door import Door
+from tutorialbot.scene.world import ACCELERATION, CASTERS, DRIVE_RATE, MOVING, SPEED, STEER_RATE, Settings, assemble
 from tutorialbot.seeding import make_rng
 
-MOVING = ("base_x", "base_y", "base_yaw", *(f"arm_{i}" for i in range(1, 7)))
-SPEED = np.array([0.5, 0.5, 0.8, 1.5, 1.5, 1.5, 2.5, 2.5, 2.5])  # of the trapezoids, [m/s] and [rad/s]
-ACCELERATION = np.array([1.5, 1.5, 2.5, 6.0, 6.0, 6.0, 10.0, 10.0, 10.0])  # [m/s^2] and [rad/s^2]
-CASTERS = (
-    control.Caster(0.0, 0.20, 0.05, 0.075),
-    control.Caster(0.0, -0.20, 0.05, 0.075),
-)  # left, right: as in robot.xml
-STEER_RATE, DRIVE_RATE = 8.0, 12.0  # of the casters [rad/s]
 SHUT = np.deg2rad(0.3)  # below this hinge angle the latch can catch
 OUTCOMES = ("finished", "collision", "opened", "failed")
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What a trial needs beside the door. SI units.
-
-    `stiffness` scales the arm's PID gains (1: about 4 kN/m at the hand; 0.12: about 0.6 kN/m). `open_angle` is where
-    the door counts as open. The noises are standard deviations an axis of the wrist sensor; `tare` subtracts the hand's
-    weight.
-    """
-
-    stiffness: float = 0.12
-    force_limit: float = 40.0
-    torque_limit: float = 8.0
-    open_angle: float = np.pi / 2
-    timestep: float = 0.002
-    control_period: float = 0.04  # of the outer loop: one joint target each
-    sensor_period: float = 0.01  # of the set points and of the look at the wrist sensor
-    force_noise: float = 0.0
-    torque_noise: float = 0.0
-    tare: bool = True
-
-    def __post_init__(self):
-        for name in ("stiffness", "force_limit", "torque_limit", "timestep"):
-            positive(name, getattr(self, name))
-        finite_number("open_angle", self.open_angle, 0.0, np.pi, above=True)
-        finite_number("sensor_period", self.sensor_period, self.timestep)
-        finite_number("control_period", self.control_period, self.sensor_period)
-        for name in ("force_noise", "torque_noise"):
-            finite_number(name, getattr(self, name), 0.0)
 
 
 @dataclass(frozen=True)
@@ -98,42 +60,8 @@ class Snapshot:
     noise: dict
 
 
-def assemble(door: Door, settings: Settings) -> tuple[mujoco.MjModel, np.ndarray]:
-    """Return the compiled world and the lead (9,) [s] of the joints MOVING.
-
-    The world is the robot, the door (its names prefixed "door/") and the weld "grasp" of the hand to the handle. The
-    lead is the ratio of damping to stiffness of each joint's controller: a set point that runs ahead by lead * speed is
-    not dragged by damping.
-    """
-    spec = mujoco.MjSpec.from_file(str(paths.MODELS / "mobile_manipulator" / "robot.xml"))
-    spec.option.timestep = settings.timestep
-    lead = []
-    for name in MOVING:
-        actuator = spec.actuator(name)
-        if name.startswith("arm"):
-            k = settings.stiffness
-            factors = {"kp": k, "ki": k, "kd": math.sqrt(k), "imax": k}
-            gains = {key: float(value) * factors[key] for key, value in actuator.plugin.config.items()}
-            actuator.plugin.config = {key: repr(value) for key, value in gains.items()}
-            lead.append(gains["kd"] / gains["kp"])
-        else:
-            lead.append(-actuator.biasprm[2] / actuator.gainprm[0])
-    spec.attach(door.spec(), prefix="door/", frame=spec.worldbody.add_frame())
-    spec.add_equality(
-        name="grasp",
-        type=mujoco.mjtEq.mjEQ_WELD,
-        objtype=mujoco.mjtObj.mjOBJ_SITE,
-        name1="tool",
-        name2=f"door/{door.names.grip}",
-        solref=[0.01, 1.0],
-    )
-    return spec.compile(), np.array(lead)
-
-
 class DoorSimulation:
-    """One robot at one door. `posture` (9,) are the values of MOVING at which the hand is on the handle of the shut
-    door.
-    """
+    """One robot at one door; at `posture` (9,), values of MOVING, its hand is on the handle of the shut door."""
 
     def __init__(self, door: Door, posture: np.ndarray, settings: Settings | None = None, seed: int = 0):
         self.door, self.settings = door, settings or Settings()
