@@ -38,7 +38,7 @@ def execute(notebook: Path, page: Path, source: str) -> None:
             on_cell_executed=lambda **_: bar.update(),
         )  # fmt: skip
         try:
-            client.execute()
+            client.execute(env={"TUTORIALBOT_VIEWER": "html", **os.environ})  # 3-D scenes that need no kernel
         except BaseException as error:
             if hasattr(client, "_async_cleanup_kernel_future"):  # nbclient caught a signal and ended the kernel
                 raise KeyboardInterrupt from None

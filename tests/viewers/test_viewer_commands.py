@@ -268,3 +268,18 @@ def test_javascript_parses(script, tmp_path):
     shutil.copy(script, copy)
     checked = subprocess.run([node, "--check", copy], capture_output=True, text=True, timeout=60)
     assert checked.returncode == 0, checked.stderr
+
+
+def test_a_frame_that_moves_sends_its_pose_alone():
+    scene = Scene()
+    scene.add_frame(np.eye(4), 0.2, "tool")
+    assert len(scene.window.take()) == 7
+    scene.add_frame(shift(1.0), 0.2, "tool")
+    (key,) = scene.window.take()
+    assert key == ("set_transform", "/meshcat/tool", "")
+    scene.add_frame(shift(1.0), 0.3, "tool")
+    assert len(scene.window.take()) == 7
+    scene["tool"].delete()
+    scene.window.take()
+    scene.add_frame(shift(1.0), 0.3, "tool")
+    assert len(scene.window.take()) == 7

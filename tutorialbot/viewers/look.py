@@ -47,13 +47,17 @@ class Look:
             return self._fitted
 
     def header(self, now: bool = False) -> dict:
-        """Return height [px], camera and target (3,) [m], and the extent of the content (center, radius, floor)."""
+        """Return height [px], radius, floor, and camera, target, center, directions to key and fill light, (3,) each.
+
+        Lengths are metres in the world. The lights stand beside the first camera, so that what it sees is lit.
+        """
         content = self._boxes(now)
         low, high = content[:, 0].min(0), content[:, 1].max(0)
         center, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
         target = center if self.target is None else np.array(self.target)
         camera = fitting_eye(content, target) if self.camera is None else np.array(self.camera)
-        places = {"camera": camera, "target": target, "center": center}
+        key, fill = (_light(camera - target, *angles) for angles in ((-35.0, 52.0), (70.0, 25.0)))
+        places = {"camera": camera, "target": target, "center": center, "key": key, "fill": fill}
         rounded = {name: [round(float(x), 4) for x in place] for name, place in places.items()}
         floor = min(0.0, round(float(low[2]), 4))
         return {"height": self.height, "radius": round(radius, 4), "floor": floor, **rounded}
@@ -74,6 +78,12 @@ class Look:
         if shown_as == "html":
             return {"text/plain": "Scene()", "text/html": page.frame(self.html("Scene"), self.height)}
         return {"text/plain": "Scene()", "image/png": self.png(960, self.height)}
+
+
+def _light(back: np.ndarray, beside_deg: float, above_deg: float) -> np.ndarray:
+    """Return the unit vector (3,) to a light beside the direction `back` to the eye, and so high above the floor."""
+    around, above = np.arctan2(back[1], back[0]) + np.deg2rad(beside_deg), np.deg2rad(above_deg)
+    return np.array([np.cos(above) * np.cos(around), np.cos(above) * np.sin(around), np.sin(above)])
 
 
 def _outgrown(old: np.ndarray, new: np.ndarray) -> bool:

@@ -9,7 +9,6 @@ from tutorialbot.viewers.log import Key
 from tutorialbot.viewers.solids import Solid, solids
 
 TOP, BOTTOM = np.array([0.97, 0.975, 0.985]), np.array([0.8, 0.825, 0.86])  # background
-KEY_LIGHT, FILL_LIGHT = np.array([0.45, -0.55, 1.0]), np.array([-0.8, 0.7, 0.4])
 SAMPLES = 2  # pixels are drawn this many times finer in each direction and averaged
 
 
@@ -62,11 +61,11 @@ class _Canvas:
             self.near.reshape(-1)[target] = depth[order]
 
 
-def _shaded(normals: np.ndarray, rgba: np.ndarray) -> np.ndarray:
-    """Return the colour (n, 3) of surfaces with unit `normals` (n, 3) under the scene's lights."""
+def _shaded(normals: np.ndarray, rgba: np.ndarray, view: dict) -> np.ndarray:
+    """Return the colour (n, 3) of surfaces with unit `normals` (n, 3) under the lights of `view`."""
     light = 0.47 + 0.06 * normals[:, 2:3]
-    for direction, strength in ((KEY_LIGHT, 0.5), (FILL_LIGHT, 0.18)):
-        light = light + strength * np.clip(normals @ (direction / np.linalg.norm(direction)), 0.0, None)[:, None]
+    for direction, strength in ((view["key"], 0.5), (view["fill"], 0.18)):
+        light = light + strength * np.clip(normals @ np.array(direction), 0.0, None)[:, None]
     return np.clip(light * rgba[:3], 0.0, 1.0)
 
 
@@ -86,7 +85,7 @@ class _Camera:
         return self.middle + self.scale * np.stack([x * near, -y * near], -1), near
 
 
-def _faces(camera: _Camera, solid: Solid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _faces(camera: _Camera, solid: Solid, view: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the triangles of a solid for the canvas: pixel points, inverse distances, colours of the corners."""
     points, near = camera.project(solid.vertices)
     corners = solid.vertices[solid.faces]
@@ -94,9 +93,9 @@ def _faces(camera: _Camera, solid: Solid) -> tuple[np.ndarray, np.ndarray, np.nd
     flat = flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12)
     away = np.einsum("ij,ij->i", flat, corners[:, 0] - camera.eye) > 0.0
     flat[away] *= -1.0
-    shades = np.repeat(_shaded(flat, solid.rgba)[:, None], 3, 1)
+    shades = np.repeat(_shaded(flat, solid.rgba, view)[:, None], 3, 1)
     if solid.normals is not None:
-        shades = np.where(away[:, None, None], shades, _shaded(solid.normals, solid.rgba)[solid.faces])
+        shades = np.where(away[:, None, None], shades, _shaded(solid.normals, solid.rgba, view)[solid.faces])
     front = ~away | (solid.rgba[3] >= 1.0)  # of a ghost only the side that faces the eye
     return points[solid.faces[front]], near[solid.faces[front]], shades[front]
 
@@ -141,9 +140,9 @@ def _draw_floor(canvas: _Canvas, camera: _Camera, view: dict, content: list[Soli
         return
     mask = _Canvas(*canvas.near.shape[::-1])
     mask.colour[:] = 0.0
-    parts = []
+    parts, slant = [], np.array(view["key"]) / view["key"][2]
     for solid in cast:
-        points, near = camera.project(solid.vertices - (solid.vertices[:, 2:] - level) * KEY_LIGHT / KEY_LIGHT[2])
+        points, near = camera.project(solid.vertices - (solid.vertices[:, 2:] - level) * slant)
         faces = solid.faces[solid.vertices[solid.faces, 2].max(1) > level]
         parts.append((points[faces], near[faces], np.ones((len(faces), 3, 3))))
     mask.fill(*map(np.concatenate, zip(*parts, strict=True)))
@@ -151,19 +150,19 @@ def _draw_floor(canvas: _Canvas, camera: _Camera, view: dict, content: list[Soli
 
 
 def png(entries: dict[Key, bytes], view: dict, width: int, height: int, field_of_view: float) -> bytes:
-    """Return the picture of the commands as PNG: `view` as scene.Look.header gives it, size [px], angle [rad]."""
+    """Return the picture of the commands as PNG: `view` as Look.header gives it, size [px], angle [rad]."""
     canvas = _Canvas(SAMPLES * width, SAMPLES * height)
     camera = _Camera(view["camera"], view["target"], field_of_view, SAMPLES * width, SAMPLES * height)
     content = solids(entries)
     _draw_floor(canvas, camera, view, content)
-    solid_ones = [_faces(camera, s) for s in content if s.rgba[3] >= 1.0 and len(s.faces)]
+    solid_ones = [_faces(camera, s, view) for s in content if s.rgba[3] >= 1.0 and len(s.faces)]
     if solid_ones:
         canvas.fill(*map(np.concatenate, zip(*solid_ones, strict=True)))
     for solid in content:  # what is transparent comes after what is not
         if solid.lines is not None:
             _draw_lines(canvas, camera, solid)
         elif solid.rgba[3] < 1.0 and len(solid.faces):
-            canvas.fill(*_faces(camera, solid), solid.rgba[3])
+            canvas.fill(*_faces(camera, solid, view), solid.rgba[3])
     fine = canvas.colour.reshape(height, SAMPLES, width, SAMPLES, 3).mean(axis=(1, 3))
     buffer = io.BytesIO()
     Image.fromarray((255.0 * np.clip(fine, 0.0, 1.0)).round().astype(np.uint8)).save(buffer, "PNG", optimize=True)

@@ -39,6 +39,7 @@ class Scene:
         )
         self._root = meshcat.Visualizer(window=self._log)
         self._widget: SceneWidget | None = None
+        self._frames: dict[str, float] = {}  # name of a frame -> the length that was drawn
         self._clips: dict[str, dict] = {}  # root of a view -> its animation clips (see views.play)
 
     def __repr__(self) -> str:
@@ -103,7 +104,10 @@ class Scene:
         pose = pose_of("pose", pose)
         length = positive("length", length)
         with self._log.batch():
-            for axis, part in zip("xyz", shapes.frame_parts(length), strict=True):
+            there = ("set_object", f"/meshcat/{name.strip('/')}/x", "") in self._log.entries
+            parts = [] if there and self._frames.get(name) == length else shapes.frame_parts(length)
+            self._frames[name] = length
+            for axis, part in zip("xyz"[: len(parts)], parts, strict=True):
                 self[f"{name}/{axis}"].set_object(part.object)
                 self[f"{name}/{axis}"].set_transform(part.pose)
             self[name].set_transform(pose)

@@ -5,10 +5,8 @@ module.exports = (THREE) => {
   function lights(extent) {
     const group = new THREE.Group(), { center, radius } = extent;
     const key = new THREE.DirectionalLight(0xffffff, 0.52), fill = new THREE.DirectionalLight(0xdfe8ff, 0.2);
-    const place = (light, x, y, z) => light.position.set(...[x, y, z].map((v, i) => center[i] + 3 * radius * v));
-    place(key, 0.45, -0.55, 1.0);
-    place(fill, -0.8, 0.7, 0.4);
-    for (const light of [key, fill]) {
+    for (const [light, toward] of [[key, extent.key], [fill, extent.fill]]) {
+      light.position.set(...center.map((c, i) => c + 3.5 * radius * toward[i]));
       light.target.position.set(...center);
       group.add(light, light.target);
     }
