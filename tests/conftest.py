@@ -1,15 +1,11 @@
 """`pytest --full` runs the tests marked `full` too; otherwise they are skipped and say so."""
 
-import hypothesis
 import pytest
 from hypothesis import settings
 
-settings.register_profile("steady", deadline=None, derandomize=True)  # no timed assertions; the same cases each run
-settings.load_profile("steady")
-
 # The same inputs in every run, and no time limit: a slow machine is not a fault.
-hypothesis.settings.register_profile("steady", deadline=None, derandomize=True, database=None)
-hypothesis.settings.load_profile("steady")
+settings.register_profile("steady", deadline=None, derandomize=True, database=None)
+settings.load_profile("steady")
 
 
 def pytest_addoption(parser):

@@ -14,7 +14,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from tutorialbot import commands, doctor, headless
+from tutorialbot import commands, doctor, headless, launch
 from tutorialbot.__main__ import VERBS, main, make_parser
 from tutorialbot.commands import Tally
 from tutorialbot.paths import ROOT
@@ -37,6 +37,14 @@ def test_a_wrong_command_line_is_explained(argv, message, capsys):
     with pytest.raises(SystemExit) as caught:
         main(argv)
     assert caught.value.code == 2 and message in capsys.readouterr().err
+
+
+def test_what_follows_a_benchmarks_name_goes_to_the_benchmark(monkeypatch):
+    seen = []
+    monkeypatch.setattr(launch, "enter", lambda _: None)
+    monkeypatch.setattr(commands, "run_verb", lambda options, further: seen.append((options.name, further)) or 0)
+    assert main(["bench", "door", "--seeds", "3", "--help"]) == 0
+    assert seen == [("door", ["--seeds", "3", "--help"])]
 
 
 def test_the_command_line_starts_on_a_bare_python():

@@ -15,6 +15,7 @@ VERBS = {
     "grade": "mark a folder of students' submissions: `grade FOLDER` (further options go to the grader)",
     "strip": "remove outputs from the notebooks, as it must be before a commit",
 }
+HANDING_ON = ("lab", "bench", "grade")  # options that are not ours go to the program behind the verb
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -30,14 +31,16 @@ def make_parser() -> argparse.ArgumentParser:
     made["run"].add_argument("--fresh", action="store_true", help="run again what is already done")
     made["report"].add_argument("--write", action="store_true", help="refresh the table in README.md")
     made["bench"].add_argument("name", metavar="NAME", help="which benchmark: door")
-    made["grade"].add_argument("folder", metavar="FOLDER", help="the folder with one notebook or .py file a student")
+    made["grade"].add_argument("folder", metavar="FOLDER", help="one file or folder for each student")
     return parser
 
 
 def main(argv: "list[str]") -> int:
     """Set up if needed, go inside the environment, do what `argv` says; returns the exit status."""
-    options, further = make_parser().parse_known_args(argv)
-    if further and options.verb not in ("lab", "bench", "grade"):
+    own = argv[:2] if argv[:1] in (["bench"], ["grade"]) else argv
+    options, further = make_parser().parse_known_args(own)
+    further += argv[len(own) :]
+    if further and options.verb not in HANDING_ON:
         make_parser().error("unknown option for {}: {}".format(options.verb, " ".join(further)))
     if options.verb == "doctor" and not launch.stands(launch.ROOT / ".venv", launch.ROOT):
         from tutorialbot import doctor

@@ -36,6 +36,7 @@ def execute(notebook: Path, page: Path, source: str) -> None:
         client = NotebookClient(
             content, timeout=None, kernel_name="python3", resources={"metadata": {"path": str(notebook.parent)}},
             on_cell_executed=lambda **_: bar.update(),
+            extra_arguments=["--log-level=ERROR"],
         )  # fmt: skip
         try:
             client.execute(env={"TUTORIALBOT_VIEWER": "html", **os.environ})  # 3-D scenes that need no kernel
