@@ -95,7 +95,7 @@ class DoorTask:
     """The robot with its hand on the handle of a shut door, and what it can try.
 
     `here` is the state that every trial starts from; `commit` moves it on. Raises InvalidValue when the robot cannot
-    reach the handle.
+    reach the handle. `seen=False` makes a model that is faster but not for a viewer, with the same results.
     """
 
     def __init__(
@@ -107,10 +107,11 @@ class DoorTask:
         cost: Cost = paper_cost,
         relax: float = 0.15,
         seed: int = 0,
+        seen: bool = True,
     ):
         self.space, self.cost, self.relax = space or SearchSpace(), cost, relax
         posture = start_posture(door)
-        self.simulation = DoorSimulation(door, posture, settings, seed)
+        self.simulation = DoorSimulation(door, posture, settings, seed, seen=seen)
         self.kinematics = hand_problem(pin.SE3.Identity(), posture)
         self.simulation.relax(0.3)
         self.simulation.begin()

@@ -75,7 +75,7 @@ def search(
         raise InvalidType("door", door, "a tutorialbot.scene.door.Door")
     whole_number("trials_per_section", trials_per_section, 1), whole_number("max_sections", max_sections, 1)
     rng = make_rng(seed)
-    task = DoorTask(door, settings=preset.settings, space=preset.space, cost=preset.cost, seed=seed)
+    task = DoorTask(door, settings=preset.settings, space=preset.space, cost=preset.cost, seed=seed, seen=False)
     poses, times = [task.start], [0.0]
     sections: list[Section] = []
     previous: np.ndarray | None = None

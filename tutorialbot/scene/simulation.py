@@ -61,11 +61,16 @@ class Snapshot:
 
 
 class DoorSimulation:
-    """One robot at one door; at `posture` (9,), values of MOVING, its hand is on the handle of the shut door."""
+    """One robot at one door; at `posture` (9,), values of MOVING, its hand is on the handle of the shut door.
 
-    def __init__(self, door: Door, posture: np.ndarray, settings: Settings | None = None, seed: int = 0):
+    `seen=False` leaves out of `model` what is there for the eye alone, see `assemble`.
+    """
+
+    def __init__(
+        self, door: Door, posture: np.ndarray, settings: Settings | None = None, seed: int = 0, *, seen: bool = True
+    ):
         self.door, self.settings = door, settings or Settings()
-        self.model, self._lead = assemble(door, self.settings)
+        self.model, self._lead = assemble(door, self.settings, seen=seen)
         self.data = mujoco.MjData(self.model)
         self._posture = finite_array("posture", posture, (len(MOVING),))
         self._seed = seed
