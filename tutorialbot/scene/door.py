@@ -15,6 +15,7 @@ from tutorialbot import paths
 from tutorialbot.errors import BrokenFile, InvalidValue, finite_number, one_of, positive
 
 LEVER_LOW = -np.pi / 4  # paper 1, section 3
+BAR_END = 0.022  # how far the lever is seen to go on beyond the grip [m]
 BOLT_THROW = 0.012  # how far the bolt reaches behind the strike plate [m]
 
 
@@ -187,9 +188,14 @@ def _shape(spec: mujoco.MjSpec, door: Door) -> None:
         spec.geom(name).size, spec.geom(name).pos = half, middle
     spec.geom("panel").mass = door.mass
     spec.geom("rosette").pos = [-0.006, sign * door.spindle_radius, door.handle_height]
-    for name, y in (("post_hinge", -0.035), ("post_lock", 2 * half[1] + 0.035)):
-        spec.geom(name).size = [0.045, 0.03, half[2] + 0.03]
-        spec.geom(name).pos = [half[0], sign * y, door.handle_height]
+    top = door.handle_height + half[2] + 0.03
+    for name, y in (("post_hinge", -0.030), ("post_lock", 2 * half[1] + 0.030)):  # no lintel: the robot stays in view
+        spec.geom(name).size, spec.geom(name).pos = [0.035, 0.022, top / 2], [half[0], sign * y, top / 2]
+    spec.geom("sill").size, spec.geom("sill").pos = [0.09, half[1] + 0.09, 0.006], [half[0], sign * half[1], 0.006]
+    for name, share in (("knuckle_low", -0.7), ("knuckle_high", 0.7)):
+        spec.geom(name).pos = [0, 0, door.handle_height + share * half[2]]
+    margin = np.array([-0.002, 0.055, 0.055])  # the inlay stands out of the panel's faces
+    spec.geom("inlay").size, spec.geom("inlay").pos = np.maximum(half - margin, half / 2), middle
 
     hinge, lever = spec.joint("hinge"), spec.joint("lever")
     hinge.axis = [0, 0, sign]
@@ -204,6 +210,8 @@ def _shape(spec: mujoco.MjSpec, door: Door) -> None:
     spindle.fromto, spindle.size = [0, 0, 0, -door.stand_off, 0, 0], [0.011, 0, 0]
     bar.fromto, bar.size = [-door.stand_off, 0, 0, *tip], [0.010, 0, 0]
     spindle.mass, bar.mass = 0.15, 0.15
+    end = spec.geom("bar_end")  # what sticks out of the hand
+    end.fromto, end.size = [*tip, tip[0], tip[1] - sign * BAR_END, 0], bar.size
     spec.site("grip").pos = tip
 
 
