@@ -1,0 +1,93 @@
+"""Each exercise: solution correct, stub not attempted, every wrong answer rejected by its named check."""
+
+import inspect
+from collections import Counter
+
+import numpy as np
+import pytest
+
+import tutorialbot.bo.objective
+from tests.exercises import solutions
+from tests.exercises.wrong_answers import WRONG
+from tutorialbot.checks import door, mechanism
+from tutorialbot.errors import InvalidType, InvalidValue
+
+EXERCISES = {exercise.name: exercise for exercise in door.EXERCISES}
+
+
+@pytest.fixture
+def tools(monkeypatch):
+    """Put back what a wrong answer replaces."""
+    for owner, name in ((tutorialbot.bo.objective, "so4_distance"), (np.linalg, "norm"), (mechanism, "agree"),
+                        (tutorialbot.bo.objective.DoorTask, "commit")):  # fmt: skip
+        monkeypatch.setattr(owner, name, getattr(owner, name))
+
+
+@pytest.mark.parametrize("name", EXERCISES)
+def test_the_solution_is_correct(name):
+    verdict = EXERCISES[name].check(getattr(solutions, name))
+    assert (verdict.outcome, verdict.check, verdict.message) == ("correct", "", "")
+
+
+@pytest.mark.parametrize("name", EXERCISES)
+def test_the_stub_is_not_attempted(name):
+    def stub(*_):
+        raise NotImplementedError
+
+    assert EXERCISES[name].check(stub).outcome == "not attempted"
+
+
+@pytest.mark.parametrize(("function", "name", "check", "outcome"), WRONG, ids=[f.__name__ for f, *_ in WRONG])
+def test_the_wrong_answer_is_rejected_by_its_check(function, name, check, outcome, tools, capsys):
+    verdict = EXERCISES[name].check(function, limit=0.5 if check == "time limit" else None)
+    assert (verdict.outcome, verdict.check) == (outcome, check)
+    assert verdict.message
+    assert len(capsys.readouterr().out) < 3_000
+
+
+def test_every_exercise_has_a_solution_three_wrong_answers_and_hints():
+    planted = Counter(name for _, name, *_ in WRONG)
+    assert set(planted) == set(EXERCISES)
+    assert len(EXERCISES) >= 8
+    for name, exercise in EXERCISES.items():
+        assert planted[name] >= 3
+        assert len(exercise.hints) >= 3
+        assert list(inspect.signature(getattr(solutions, name)).parameters)
+
+
+def test_no_solution_is_in_the_package():
+    for name in EXERCISES:
+        function = inspect.getsource(getattr(solutions, name))
+        assert function not in inspect.getsource(door)
+        assert not hasattr(EXERCISES[name], "solution")
+
+
+def test_a_verdict_is_the_same_each_time_and_names_input_and_reason():
+    answers = [EXERCISES["lengths"].check(lambda c5: (0.15 * (1 - c5) / 2, 90 * (1 + c5))) for _ in range(2)]
+    assert repr(answers[0]) == repr(answers[1])
+    assert "radians" in answers[0].message
+    assert "expected [0.     , 3.1416]" in answers[0].message
+    assert "for the input (1)" in answers[0].message
+    assert "incorrect" in answers[0]._repr_html_()
+    assert "<script" not in mechanism.Verdict("x", "error", "", "<script>")._repr_html_()
+
+
+def test_hints_come_one_at_a_time():
+    exercise = mechanism.Exercise("x", "y", ("first", "second"), lambda student: None)
+    assert "first" in repr(exercise.hint()) and exercise.hint().left == 0
+    assert repr(exercise.hint()) == "Hint 1: first\nHint 2: second\n(that was the last one)"
+
+
+def test_misuse_is_an_error_of_ours():
+    with pytest.raises(InvalidType, match="function"):
+        EXERCISES["lengths"].check(solutions.lengths(0.5))
+    with pytest.raises(InvalidValue, match="limit"):
+        EXERCISES["lengths"].check(solutions.lengths, limit=0.0)
+
+
+def test_an_interrupt_passes_through():
+    def interrupted(c5):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        EXERCISES["lengths"].check(interrupted)

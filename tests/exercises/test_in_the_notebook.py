@@ -1,0 +1,62 @@
+"""Notebook 1 asks every exercise, untouched stubs pass, and each solution in its stub's place is correct."""
+
+import inspect
+import re
+
+import nbformat
+import pytest
+
+from tests.exercises import solutions
+from tutorialbot.checks import door
+from tutorialbot.paths import NOTEBOOKS
+
+PAGE = NOTEBOOKS / "01_door_opening.ipynb"
+NAMES = [exercise.name for exercise in door.EXERCISES]
+
+
+@pytest.fixture(scope="module")
+def cells():
+    if not PAGE.exists():
+        pytest.skip(f"notebooks/{PAGE.name} is not written yet")
+    return [cell.source for cell in nbformat.read(PAGE, as_version=4).cells if cell.cell_type == "code"]
+
+
+def stub_and_setup(cells, name):
+    """Return the exercise's cell and the cell that imports the exercises."""
+    stubs = [source for source in cells if f"exercises.{name}.check({name})" in source]
+    setup = [source for source in cells if "import door as exercises" in source]
+    assert (len(stubs), len(setup)) == (1, 1)
+    return stubs[0], setup[0]
+
+
+def run(setup, cell):
+    """Run both cells; return the value of the last line, as the notebook would show it."""
+    space = {"__name__": "__main__"}
+    *lines, last = cell.strip().splitlines()
+    exec(compile(setup, "setup", "exec"), space)
+    exec(compile("\n".join(lines), "exercise", "exec"), space)
+    return eval(last, space)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_untouched_stub_is_not_attempted(cells, name):
+    stub, setup = stub_and_setup(cells, name)
+    assert "raise NotImplementedError" in stub
+    assert run(setup, stub).outcome == "not attempted"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_solution_in_the_stubs_place_is_correct(cells, name):
+    stub, setup = stub_and_setup(cells, name)
+    wanted = re.search(rf"def {name}\((.*)\):", stub)
+    assert wanted[1].split(", ") == list(inspect.signature(getattr(solutions, name)).parameters)
+    head, _, tail = stub.partition(f"def {name}(")
+    body = tail[tail.index(f"exercises.{name}.check") :]
+    assert run(setup, f"{head}{inspect.getsource(getattr(solutions, name))}\n\n{body}").outcome == "correct"
+
+
+def test_no_solution_stands_in_the_notebook(cells):
+    text = "\n".join(cells)
+    for name in NAMES:
+        body = inspect.getsource(getattr(solutions, name)).partition("\n")[2]
+        assert body not in text
