@@ -66,7 +66,7 @@ def test_a_verdict_is_the_same_each_time_and_names_input_and_reason():
     answers = [EXERCISES["lengths"].check(lambda c5: (0.15 * (1 - c5) / 2, 90 * (1 + c5))) for _ in range(2)]
     assert repr(answers[0]) == repr(answers[1])
     assert "radians" in answers[0].message
-    assert "expected [0.     , 3.1416]" in answers[0].message
+    assert "expected [0.    , 3.1416]" in answers[0].message
     assert "for the input (1)" in answers[0].message
     assert "incorrect" in answers[0]._repr_html_()
     assert "<script" not in mechanism.Verdict("x", "error", "", "<script>")._repr_html_()

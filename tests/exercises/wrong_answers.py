@@ -10,10 +10,12 @@ from scipy.spatial.transform import Rotation
 
 import tutorialbot.bo.objective
 from tests.exercises import solutions
+from tests.exercises.by_heart import ideal_path
 from tutorialbot.bo.optimizers import RandomSearch, TwistSearch
 from tutorialbot.bo.space import to_sphere
 from tutorialbot.checks import mechanism
 from tutorialbot.pose import double_quaternion, interpolate, so4_distance
+from tutorialbot.scene.door import Door
 from tutorialbot.trajectory import PoseTrajectory
 
 WRONG = []  # (function, exercise, check, outcome)
@@ -478,16 +480,7 @@ def door_not_opened(robot):
 
 @wrong("open_the_door", "no brute force")
 def door_of_the_notebook_learnt_by_heart(robot):
-    start = robot.pose
-    hinge = start.translation + np.array([0.09, -0.30, 0.0])  # where it is in the notebook: on the right
-    poses, times = [start], [0.0]
-    for angle in np.linspace(0.0, 0.8, 4)[1:]:
-        poses.append(start * pin.SE3(pin.exp3(np.array([angle, 0.0, 0.0])), np.zeros(3)))
-    for angle in np.linspace(0.0, 1.7, 8)[1:]:
-        turn = pin.exp3(np.array([0.0, 0.0, angle]))
-        poses.append(pin.SE3(turn @ poses[3].rotation, hinge + turn @ (poses[3].translation - hinge)))
-    times = 2.0 * np.arange(len(poses))
-    return PoseTrajectory(times, poses)
+    return ideal_path(Door(), robot.pose)
 
 
 @wrong("open_the_door", "starts at the handle")
