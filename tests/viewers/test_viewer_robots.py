@@ -256,3 +256,10 @@ def test_two_robots_play_together_and_a_still_one_costs_nothing(model):
 def test_bad_input(model, call, error, words):
     with pytest.raises(error, match=words):
         call(model)
+
+
+def test_a_straight_motion_needs_two_keys_alone(model):
+    view = MujocoView(model)
+    play(view, np.stack([np.zeros(300), np.linspace(-0.5, 0.5, 300)], -1), np.linspace(0, 3, 300))
+    _, tracks = animated(view.scene)
+    assert {path: len(times) for path, (times, _, _) in tracks.items()} == dict.fromkeys(tracks, 2)
