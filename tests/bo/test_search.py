@@ -130,7 +130,7 @@ def test_killed_at_any_moment_the_search_goes_on(tmp_path):
 
 @pytest.mark.full
 def test_the_improved_preset_opens_most_doors():
-    """At least 7 of 10 fresh seeds; a preset that opens 95 % fails this once in 900 draws, and these seeds are fixed."""
+    """At least 7 of 10 fresh seeds; one that opens 95 % fails this once in 900 draws; the seeds are fixed."""
     runs = [open_door(Door(), seed=9100 + i) for i in range(10)]
     assert sum(run.opened for run in runs) >= 7
     opened = next(run for run in runs if run.opened)

@@ -30,13 +30,17 @@ POSTURE_WEIGHTS = np.array(
 TRACKING = 3e-4  # their stiffness against the hand's while it follows a path
 DURATION = 4.0  # of a whole move [s], paper 1, section 4
 PENALTY = 5.0  # t_p of eq. (1)
-NEW, NEW_WEIGHT = 0.1, 10.0  # `new_pose_cost`: what counts as new, and what it is worth [s]
+NEW, NEW_ENOUGH, NEW_WEIGHT = 0.1, 9.9, 10.0  # `new_pose_cost`: what counts as new, and what it is worth [s]
 PATH_STEP = 0.05  # SO(4) distance between the poses kept of the path
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One evaluation of the objective. `time` is t_c [s]; `settled` the pose once contact forces have died away."""
+    """One evaluation of the objective: what the robot knows of it.
+
+    `time` is t_c [s]; `settled` the pose once contact forces have died away; `wrench` (6,) [N, Nm] the last reading, in the
+    tool's frame and about its origin: what the handle does to the hand there.
+    """
 
     c: np.ndarray
     time: float
@@ -44,18 +48,19 @@ class Trial:
     start: pin.SE3
     end: pin.SE3
     settled: pin.SE3
+    wrench: np.ndarray
     cost: float
 
     def to_json(self) -> dict:
         """Return what `from_json` needs, every bit of it."""
         poses = {name: getattr(self, name).homogeneous.tolist() for name in ("start", "end", "settled")}
-        return {"c": self.c.tolist(), "time": self.time, "outcome": self.outcome, "cost": self.cost, **poses}
+        return {"c": self.c.tolist(), "time": self.time, "outcome": self.outcome, "cost": self.cost, "wrench": self.wrench.tolist(), **poses}
 
     @classmethod
     def from_json(cls, entry: dict) -> "Trial":
         """Return the trial that `to_json` wrote."""
         poses = {name: pin.SE3(np.array(entry[name])) for name in ("start", "end", "settled")}
-        return cls(np.array(entry["c"]), entry["time"], entry["outcome"], cost=entry["cost"], **poses)
+        return cls(np.array(entry["c"]), entry["time"], entry["outcome"], wrench=np.array(entry["wrench"]), cost=entry["cost"], **poses)
 
 
 class Visited(Protocol):
@@ -88,7 +93,7 @@ def new_pose_cost(time: float, start: pin.SE3, settled: pin.SE3, path: Visited) 
     from everywhere the hand has been can.
     """
     new = min(so4_distance(pose, settled) for pose in path.poses)
-    return -time + PENALTY if new < NEW else -time - NEW_WEIGHT * new
+    return -time + PENALTY if new < NEW else -time - NEW_WEIGHT * min(new, NEW_ENOUGH)
 
 
 class DoorTask:
@@ -119,6 +124,8 @@ class DoorTask:
         self.poses = [self.start]
         self.here = self.simulation.snapshot()
         self.sections_done = 0
+        model = self.simulation.model
+        self._tool_from_wrist = model.site("tool").pos - model.site("wrist").pos
         self._before: list = []  # what `undo` goes back to
         self.trace: Trace | None = None  # of the last move
 
@@ -132,7 +139,7 @@ class DoorTask:
     def commit(self, c: np.ndarray) -> Trial:
         """Move from `here` in the direction c (5,) and stay: the end of the move is where the next section starts."""
         self.simulation.restore(self.here)
-        self._before.append((self.here, self.start))
+        self._before.append((self.here, self.start, len(self.poses)))
         trial = self._move(c)
         self.simulation.begin()
         self.start = self.simulation.tool_pose
@@ -143,8 +150,9 @@ class DoorTask:
         return trial
 
     def undo(self) -> None:
-        """Go back to before the last `commit`; the poses of the way there stay known in `poses`."""
-        self.here, self.start = self._before.pop()
+        """Go back to before the last `commit`, and forget its way."""
+        self.here, self.start, known = self._before.pop()
+        del self.poses[known:]
         self.sections_done -= 1
         self.simulation.restore(self.here)
 
@@ -159,7 +167,9 @@ class DoorTask:
             settled = simulation.tool_pose
         failed = self.trace.outcome == "failed"
         cost = PENALTY if failed else self.cost(self.trace.time, start, settled, self)
-        return Trial(np.asarray(c, dtype=float), self.trace.time, self.trace.outcome, start, end, settled, cost)
+        wrench = self.trace.wrench[-1].copy()
+        wrench[3:] -= np.cross(self._tool_from_wrist, wrench[:3])
+        return Trial(np.asarray(c, dtype=float), self.trace.time, self.trace.outcome, start, end, settled, wrench, cost)
 
     def targets(
         self, joints: np.ndarray, start: pin.SE3, goal: pin.SE3, duration: float = DURATION

@@ -22,6 +22,7 @@ from tutorialbot.seeding import make_rng
 from tutorialbot.trajectory import PoseTrajectory
 
 GO_ON_LIMIT = 6  # repeats of a committed direction in one section
+LEVER_ARM = 0.2  # `free_twists`: length that makes a torque of a force, about the ratio of the limits [m]
 STILL_MOVES = -1.0  # the cost below which a repeated direction is worth keeping
 
 
@@ -78,6 +79,7 @@ def search(
     task = DoorTask(door, settings=preset.settings, space=preset.space, cost=preset.cost, seed=seed, seen=False)
     poses, times = [task.start], [0.0]
     sections: list[Section] = []
+    attempts: list[Trial] = []  # from where the hand is now
     previous: np.ndarray | None = None
     optimizer: Optimizer | None = None
     evaluations = rejected = 0
@@ -87,7 +89,7 @@ def search(
         sections.append(section)
         optimizer = optimizer or preset.make(rng)
         for _ in range(trials_per_section):
-            c = propose(task, preset, section.trials, previous, rng)
+            c = propose(task, preset, attempts, previous, rng)
             c = optimizer.ask() if c is None else c
             trial = _recall(journal, evaluations, c) or task.attempt(c)
             if journal is not None and evaluations == len(journal.entries):
@@ -95,13 +97,14 @@ def search(
             evaluations += 1
             optimizer.tell(c, trial.cost, trial.time)
             section.trials.append(trial)
+            attempts.append(trial)
             yield trial
             if trial.outcome == "opened":
                 break
         c = trial.c if trial.outcome == "opened" else optimizer.best()
         chosen = min(section.trials, key=lambda trial: np.linalg.norm(trial.c - c))
         if chosen.cost <= preset.reject_above:
-            optimizer, previous, rejected = None, c, 0
+            optimizer, attempts, previous, rejected = None, [], c, 0
             for move in follow_up(task, c, preset.go_on):
                 section.moves.append(move)
                 poses.append(task.start)
@@ -112,7 +115,7 @@ def search(
             if rejected > preset.patience and len(poses) > 1:  # a dead end: take the last move back
                 task.undo()
                 poses.pop(), times.pop()
-                optimizer, previous, rejected = None, None, 0
+                optimizer, attempts, previous, rejected = None, [], None, 0
         section.hinge_angle, section.lever_angle = task.simulation.hinge_angle, task.simulation.lever_angle
     return DoorRun(
         opened,
@@ -128,20 +131,40 @@ def search(
 def propose(
     task: DoorTask, preset: Preset, trials: list[Trial], previous: np.ndarray | None, rng: np.random.Generator
 ) -> np.ndarray | None:
-    """Return a direction (5,) to try without asking the optimiser, or None: the warm start and the replay of what
-    really moved.
+    """Return a direction (5,) to try without asking the optimiser, or None when it is the optimiser's turn.
+
+    `trials` are those made from where the hand is now. A warm start comes first: the direction that worked last, and a
+    neighbour of it. Later, of every three trials one replays what really moved and one is what the wrenches leave free.
     """
-    if preset.warm_start and previous is not None and len(trials) < 2:
+    count = len(trials)
+    if preset.warm_start and previous is not None and count < 2:
         return previous if not trials else np.clip(previous + 0.15 * rng.standard_normal(5), -1.0, 1.0)
-    if preset.replay and len(trials) >= 3 and len(trials) % 3 == 0:
+    candidates: list[np.ndarray] = []
+    if preset.replay and count >= 3 and count % 3 == 0:
         moving = [trial for trial in trials if trial.cost < 0.0]
         if moving:
             furthest = max(moving, key=lambda trial: so4_distance(trial.start, trial.settled))
-            c = task.space.point(*task.space.moved(furthest.start, furthest.settled))
-            tried = twist_features(np.array([trial.c for trial in trials]))
-            if np.linalg.norm(tried - twist_features(c), axis=1).min() > 0.05:
-                return c
-    return None
+            candidates = [task.space.point(*task.space.moved(furthest.start, furthest.settled))]
+    elif preset.reciprocal and count >= 5 and count % 3 == 2:
+        candidates = [task.space.point(twist[:3], twist[3:]) for twist in free_twists([trial.wrench for trial in trials])]
+    tried = twist_features(np.array([trial.c for trial in trials])) if candidates else None
+    new = (c for c in candidates if np.linalg.norm(tried - twist_features(c), axis=1).min() > 0.05)
+    return next(new, None)
+
+
+def free_twists(wrenches: list[np.ndarray]) -> list[np.ndarray]:
+    """Return twists (6,) [m, rad], the freest first, on which the given wrenches (6,) [N, Nm] do the least work.
+
+    A frictionless constraint only exerts wrenches that are reciprocal to the motion it allows, f . v + tau . w = 0. The
+    right singular vectors of the stacked wrenches with the two smallest singular values, both ways, are the guesses: a
+    door with its lever turned has two freedoms. A wrench counts by its direction alone, and LEVER_ARM [m] weighs
+    torques against forces. Both in one frame.
+    """
+    scale = np.array(3 * [1.0] + 3 * [LEVER_ARM])
+    rows = np.array([wrench / scale for wrench in wrenches])
+    rows /= np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-9)
+    freest = np.linalg.svd(rows)[2][::-1][:2]
+    return [sign * twist / scale for twist in freest for sign in (1.0, -1.0)]
 
 
 def follow_up(task: DoorTask, c: np.ndarray, go_on: bool) -> Iterator[Trial]:
