@@ -17,7 +17,7 @@ LEVELS = (
     {"robots", "pose", "trajectory"},
     {"scene"},
     {"bo", "ik", "vox2c"},
-    {"viewers", "plots", "report", "checks", "studies", "bench", "door_bench", "headless", "stripping", "door_bench"},
+    {"viewers", "plots", "report", "checks", "studies", "bench", "door_bench", "headless", "stripping"},
     {"doctor"},
     {"commands"},
 )

@@ -40,6 +40,19 @@ def test_the_path_that_was_found_opens_a_fresh_door():
     assert execute(Door(), half)[0] < np.pi / 2
 
 
+def test_a_trial_that_opens_the_door_is_kept_whatever_it_costs(tmp_path):
+    """The last few degrees are too short a way to be a new pose, so the cost alone would reject them."""
+    path = tmp_path / "slide.xml"
+    path.write_text("""<mujoco><worldbody><body>
+        <joint name="rail" type="slide" axis="0 -1 0" range="0 .6" limited="true"/>
+        <geom size=".05" pos="0 .3 1" mass="5" contype="0" conaffinity="0"/><site name="knob" pos="-.06 .3 1"/>
+        </body></worldbody></mujoco>""")
+    preset = PRESETS["improved"]
+    strict = replace(preset, cost=lambda *_: 5.0, settings=replace(preset.settings, open_angle=0.02))
+    run = open_door(Door.from_mjcf(path, hinge="rail", grip="knob"), seed=1, preset=strict, max_sections=1)
+    assert run.opened and run.sections[-1].moves
+
+
 def test_same_seed_same_run_and_another_seed_another():
     one, two, other = (open_door(Door(), seed=seed, **SMALL) for seed in (3, 3, 4))
     assert np.array_equal(points(one), points(two))

@@ -38,8 +38,8 @@ PATH_STEP = 0.05  # SO(4) distance between the poses kept of the path
 class Trial:
     """One evaluation of the objective: what the robot knows of it.
 
-    `time` is t_c [s]; `settled` the pose once contact forces have died away; `wrench` (6,) [N, Nm] the last reading, in the
-    tool's frame and about its origin: what the handle does to the hand there.
+    `time` is t_c [s]; `settled` the pose once contact forces have died away; `wrench` (6,) [N, Nm] the last reading, in
+    the tool's frame and about its origin: what the handle does to the hand there.
     """
 
     c: np.ndarray
@@ -54,13 +54,27 @@ class Trial:
     def to_json(self) -> dict:
         """Return what `from_json` needs, every bit of it."""
         poses = {name: getattr(self, name).homogeneous.tolist() for name in ("start", "end", "settled")}
-        return {"c": self.c.tolist(), "time": self.time, "outcome": self.outcome, "cost": self.cost, "wrench": self.wrench.tolist(), **poses}
+        return {
+            "c": self.c.tolist(),
+            "time": self.time,
+            "outcome": self.outcome,
+            "cost": self.cost,
+            "wrench": self.wrench.tolist(),
+            **poses,
+        }
 
     @classmethod
     def from_json(cls, entry: dict) -> "Trial":
         """Return the trial that `to_json` wrote."""
         poses = {name: pin.SE3(np.array(entry[name])) for name in ("start", "end", "settled")}
-        return cls(np.array(entry["c"]), entry["time"], entry["outcome"], wrench=np.array(entry["wrench"]), cost=entry["cost"], **poses)
+        return cls(
+            np.array(entry["c"]),
+            entry["time"],
+            entry["outcome"],
+            wrench=np.array(entry["wrench"]),
+            cost=entry["cost"],
+            **poses,
+        )
 
 
 class Visited(Protocol):

@@ -17,11 +17,11 @@ class Preset:
     """One variant of Algorithm 1.
 
     `warm_start`: a section tries the direction that ended the last one first, then a neighbour of it. `replay`: every
-    third trial is the motion that really happened in the best-moving trial so far. `reciprocal`: every third trial is a motion on which
-    the wrenches felt so far do no work (directions must be meant in the tool's frame). `reject_above`: a section whose best
-    cost is above this is not committed, and its trials stay with the optimiser; after more than `patience` rejected
-    sections in a row the last move is taken back. `go_on`: a committed direction is tried again, with no search, while
-    it works.
+    third trial is the motion that really happened in the best-moving trial so far. `reciprocal`: every third trial is a
+    motion on which the wrenches felt so far do no work (directions must be meant in the tool's frame). `reject_above`:
+    a section whose best cost is above this is not committed, and its trials stay with the optimiser; after more than
+    `patience` rejected sections in a row the last move is taken back. `go_on`: a committed direction is tried again,
+    with no search, while it works.
     """
 
     name: str

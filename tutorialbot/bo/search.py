@@ -103,7 +103,7 @@ def search(
                 break
         c = trial.c if trial.outcome == "opened" else optimizer.best()
         chosen = min(section.trials, key=lambda trial: np.linalg.norm(trial.c - c))
-        if chosen.cost <= preset.reject_above:
+        if chosen.outcome == "opened" or chosen.cost <= preset.reject_above:
             optimizer, attempts, previous, rejected = None, [], c, 0
             for move in follow_up(task, c, preset.go_on):
                 section.moves.append(move)
@@ -146,7 +146,9 @@ def propose(
             furthest = max(moving, key=lambda trial: so4_distance(trial.start, trial.settled))
             candidates = [task.space.point(*task.space.moved(furthest.start, furthest.settled))]
     elif preset.reciprocal and count >= 5 and count % 3 == 2:
-        candidates = [task.space.point(twist[:3], twist[3:]) for twist in free_twists([trial.wrench for trial in trials])]
+        candidates = [
+            task.space.point(twist[:3], twist[3:]) for twist in free_twists([trial.wrench for trial in trials])
+        ]
     tried = twist_features(np.array([trial.c for trial in trials])) if candidates else None
     new = (c for c in candidates if np.linalg.norm(tried - twist_features(c), axis=1).min() > 0.05)
     return next(new, None)
