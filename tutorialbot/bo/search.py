@@ -102,7 +102,7 @@ def search(
             if trial.outcome == "opened":
                 break
         c = trial.c if trial.outcome == "opened" else optimizer.best()
-        chosen = min(section.trials, key=lambda trial: np.linalg.norm(trial.c - c))
+        chosen = min(attempts, key=lambda trial: np.linalg.norm(trial.c - c))
         if chosen.outcome == "opened" or chosen.cost <= preset.reject_above:
             optimizer, attempts, previous, rejected = None, [], c, 0
             for move in follow_up(task, c, preset.go_on):
