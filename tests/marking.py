@@ -1,0 +1,132 @@
+"""Mark one submission, in the process that `grading.py` starts for it: grades no one else, trusts nothing outside.
+
+Of a submission only those top-level statements run that its exercises' functions need.
+"""
+
+import argparse
+import ast
+import json
+import linecache
+import os
+import resource
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+if __name__ == "__main__":
+    sys.path[0] = str(Path(__file__).resolve().parent.parent)  # the project, and not tests/, where the solutions lie
+    sys.modules["tests"] = None
+
+from tutorialbot.checks import door
+from tutorialbot.checks.mechanism import Exercise
+
+KEPT = 4_000  # characters of a message
+LARGEST = 5_000_000  # bytes of a file that a submission may write
+SUBMISSION = 20_000_000  # bytes of a submission
+
+
+def cells(path: Path) -> list[str]:
+    """Return the code of each cell, of a .py file as one; raises ValueError, OSError or RecursionError."""
+    if path.stat().st_size > SUBMISSION:
+        raise ValueError(f"larger than {SUBMISSION // 1_000_000} MB")
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".py":
+        return [text]
+    try:
+        found = [cell["source"] for cell in json.loads(text)["cells"] if cell["cell_type"] == "code"]
+        return ["".join(source) for source in found]
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ValueError(f"not a notebook: {error!r}") from None
+
+
+def statements(sources: list[str]) -> Iterator[tuple[ast.stmt, str]]:
+    """Yield the top-level statements of all cells that Python can read, and a file name for each cell."""
+    for number, source in enumerate(sources, start=1):
+        name = f"<cell {number}>"
+        lines = ["" if line.lstrip().startswith(("%", "!", "?")) else line for line in source.splitlines()]
+        try:
+            tree = ast.parse("\n".join(lines), name)
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            print(f"{name} cannot be read: {error}")
+            continue
+        linecache.cache[name] = (len(source), None, [line + "\n" for line in lines], name)
+        yield from ((statement, name) for statement in tree.body)
+
+
+def bound(statement: ast.stmt) -> set[str]:
+    """Return the names that a statement gives a value; {"*"} for a star import."""
+    if isinstance(statement, ast.FunctionDef | ast.ClassDef):
+        return {statement.name}
+    names = set()
+    for node in ast.walk(statement):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            names |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            names.add(node.id)
+        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
+            names.add(node.name)
+    return names
+
+
+def needed(found: list[tuple[ast.stmt, str]], wanted: set[str]) -> list[tuple[ast.stmt, str]]:
+    """Return the statements that define the `wanted` names, and whatever these need themselves."""
+    chosen: set[int] = set()
+    wanted = {*wanted, "*"}
+    growing = True
+    while growing:
+        growing = False
+        for i, (statement, _) in enumerate(found):
+            if i not in chosen and bound(statement) & wanted:
+                chosen.add(i)
+                uses = (node.id for node in ast.walk(statement) if isinstance(node, ast.Name))
+                wanted |= set(uses)
+                growing = True
+    return [found[i] for i in sorted(chosen)]
+
+
+def mark_one(path: Path, names: list[str], channel: int, memory: float) -> None:
+    """Mark the exercises called `names` of one submission; write a JSON line to `channel` for each.
+
+    memory: the largest address space [GB].
+    """
+
+    def tell(exercise: str, outcome: str, check: str = "", message: str = "") -> None:
+        line = {"exercise": exercise, "outcome": outcome, "check": check, "message": message[:KEPT]}
+        os.write(channel, json.dumps(line).encode() + b"\n")
+
+    check = Exercise.check
+    exercises = {exercise.name: exercise for exercise in door.EXERCISES}
+    limits = {resource.RLIMIT_AS: int(memory * 1e9), resource.RLIMIT_FSIZE: LARGEST, resource.RLIMIT_CORE: 0}
+    for kind, size in limits.items():
+        resource.setrlimit(kind, (size, size))
+    os.write(channel, b"{}\n")  # ready: from here on the clock runs
+    try:
+        sources = cells(path)
+    except (OSError, ValueError, RecursionError) as error:
+        for name in names:
+            tell(name, "error", "can be read", f"{type(error).__name__}: {error}")
+        return
+    space: dict = {"__name__": "submission"}
+    for statement, name in needed(list(statements(sources)), set(names)):
+        try:
+            exec(compile(ast.Module([statement], []), name, "exec"), space)
+        except Exception as error:
+            print(f"{name}, line {statement.lineno}: {type(error).__name__}: {error}")
+    for name in names:
+        function = space.get(name)
+        if not callable(function):
+            tell(name, "not attempted", "", f"There is no function called {name}.")
+            continue
+        verdict = check(exercises[name], function)
+        sys.stdout.flush()
+        tell(name, verdict.outcome, verdict.check, verdict.message)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("path", type=Path)
+    parser.add_argument("names", nargs="+")
+    parser.add_argument("--channel", type=int, required=True)
+    parser.add_argument("--memory", type=float, required=True)
+    options = parser.parse_args()
+    mark_one(options.path, options.names, options.channel, options.memory)
