@@ -77,7 +77,9 @@ def _listen(child: subprocess.Popen, channel: int, seconds: float) -> tuple[list
         selector.register(channel, selectors.EVENT_READ)
         selector.register(child.stdout, selectors.EVENT_READ)
         while selector.get_map():
-            for key, _ in selector.select(max(0.0, deadline - time.monotonic())):
+            ended = child.poll() is not None
+            ready = selector.select(min(0.5, max(0.0, deadline - time.monotonic())))
+            for key, _ in ready:
                 chunk = os.read(key.fd, 65536)
                 if not chunk:
                     selector.unregister(key.fileobj)
@@ -92,8 +94,8 @@ def _listen(child: subprocess.Popen, channel: int, seconds: float) -> tuple[list
                 return lines, f"it printed more than {FLOOD // 1_000_000} MB", output.decode(errors="replace")
             if time.monotonic() > deadline:
                 return lines, f"nothing came for {seconds:g} s", output.decode(errors="replace")
-            if child.poll() is not None and channel not in selector.get_map():
-                break  # a child of its own may keep the output open for ever
+            if ended and not ready:
+                break  # a child of its own may keep both ends open for ever
     return lines, "", output.decode(errors="replace")
 
 

@@ -466,6 +466,12 @@ def door_with_a_patched_move(robot):
     return solutions.open_the_door(robot)
 
 
+@wrong("open_the_door", "hands off the world")
+def door_with_moves_without_end(robot):
+    robot._left = 10**6
+    return solutions.open_the_door(robot)
+
+
 @wrong("open_the_door", "tools left alone")
 def door_with_a_patched_replay(robot):
     tutorialbot.bo.objective.DoorTask.commit = lambda self, c: None

@@ -37,13 +37,18 @@ class Robot:
     def __init__(self, door: Door, budget: int):
         self._task = DoorTask(door, space=SPACE, cost=new_pose_cost)
         self._task.simulation.watch = []
-        self.moves_left = self._left = budget
+        self._left = budget
         self._times = [0.0]
         self._kept = [self._task.start]
         self._records: list[door_physics.Record] = []
         self._broken: Wrong | None = None
         self._lowest = [0.0]
         self._seen = self._fingerprint()
+
+    @property
+    def moves_left(self) -> int:
+        """Attempts and keeps that remain."""
+        return self._left
 
     @property
     def pose(self) -> pin.SE3:
@@ -82,7 +87,6 @@ class Robot:
         if self._left <= 0:
             self._fail(Wrong("budget", f"more than {BUDGET} moves: a real robot would still be at it tomorrow."))
         self._left -= 1
-        self.moves_left = self._left
         self._task.simulation.watch.clear()
         trial = move(inside(c))
         self._seen = self._fingerprint()
@@ -113,6 +117,7 @@ class Robot:
         return {
             "the state of the simulation (joints, forces, latch)": state.tobytes(),
             "the state that moves start from": here.tobytes(),
+            "the number of moves left": self._left,
             "the model": hashlib.sha1(model).hexdigest(),
             "the door or the settings": (simulation.door, simulation.settings),
             "the parts of the robot": {
