@@ -48,7 +48,7 @@ def run_one(path: Path, names: list[str], seconds: float, memory: float) -> tupl
                                  stderr=subprocess.STDOUT, pass_fds=(writing,), start_new_session=True)  # fmt: skip
         os.close(writing)
         try:
-            lines, stopped, output = _listen(child, reading, seconds)
+            lines, stopped, output = _listen(child, reading, seconds, len(names) + 1)
         finally:
             os.close(reading)
             _kill(child)
@@ -68,8 +68,8 @@ def _verdict(line: bytes, name: str) -> dict | None:
     return verdict if verdict["exercise"] == name and verdict["outcome"] in OUTCOMES else None
 
 
-def _listen(child: subprocess.Popen, channel: int, seconds: float) -> tuple[list[bytes], str, str]:
-    """Read verdicts and output until both ends close, a limit is passed, or nothing comes for `seconds`."""
+def _listen(child: subprocess.Popen, channel: int, seconds: float, most: int) -> tuple[list[bytes], str, str]:
+    """Read up to `most` lines, and the output, until both ends close or a limit is passed (`seconds` of silence)."""
     pending, lines, output, printed = b"", [], b"", 0
     patience = max(seconds, 60.0)  # until it is ready: a slow import is not the submission's fault
     deadline = time.monotonic() + patience
@@ -90,6 +90,8 @@ def _listen(child: subprocess.Popen, channel: int, seconds: float) -> tuple[list
                 else:
                     printed += len(chunk)
                     output += chunk[: KEPT - len(output)]
+            if len(lines) > most or len(pending) > FLOOD:
+                return lines, "it wrote where only verdicts belong", output.decode(errors="replace")
             if printed > FLOOD:
                 return lines, f"it printed more than {FLOOD // 1_000_000} MB", output.decode(errors="replace")
             if time.monotonic() > deadline:
@@ -101,7 +103,7 @@ def _listen(child: subprocess.Popen, channel: int, seconds: float) -> tuple[list
 
 def _kill(child: subprocess.Popen) -> None:
     """End the process and everything in its session."""
-    with suppress(ProcessLookupError):
+    with suppress(ProcessLookupError, PermissionError):
         os.killpg(child.pid, signal.SIGKILL)
     child.wait()
 

@@ -136,7 +136,18 @@ CRASHES = "import os\ndef lengths(c5): os.kill(os.getpid(), 11)\n"
 PRINTS = "import os\ndef lengths(c5):\n    while True: os.write(1, b'x' * 65536)\n"
 EATS = "import numpy as np\ndef lengths(c5): return np.ones(10**10)\n"
 LEAVES = "import sys\nstop = sys.exit(0)\ndef lengths(c5): return stop\n"
+FORGES = """
+import os
+def lengths(c5):
+    while True:
+        for channel in range(3, 20):
+            try:
+                os.write(channel, b"{}\\n")
+            except OSError:
+                pass
+"""
 BAD = {
+    "forges.py": (FORGES, "lengths", "stays alive"),
     "hangs.py": (HANGS, "lengths", "time limit"),
     "crashes.py": (CRASHES, "lengths", "stays alive"),
     "prints.py": (PRINTS, "lengths", "little output"),
