@@ -30,7 +30,8 @@ POSTURE_WEIGHTS = np.array(
 TRACKING = 3e-4  # their stiffness against the hand's while it follows a path
 DURATION = 4.0  # of a whole move [s], paper 1, section 4
 PENALTY = 5.0  # t_p of eq. (1)
-NEW, NEW_ENOUGH, NEW_WEIGHT = 0.1, 9.9, 10.0  # `new_pose_cost`: what counts as new, and what it is worth [s]
+NEW, NEW_ENOUGH, NEW_WEIGHT = 0.1, 0.6, 10.0  # `new_pose_cost`: what is new, new enough, and worth how much [s]
+BACK = 0.1  # `new_pose_cost`: what counts as coming back [m]
 PATH_STEP = 0.05  # SO(4) distance between the poses kept of the path
 
 
@@ -99,15 +100,18 @@ def paper_cost(time: float, start: pin.SE3, settled: pin.SE3, path: Visited) -> 
 
 
 def new_pose_cost(time: float, start: pin.SE3, settled: pin.SE3, path: Visited) -> float:
-    """Return eq. (1) mended: -t_c - 10 d, with d the SO(4) distance to the nearest pose of the path so far; -t_c + t_p
-    while d < 0.1.
+    """Return eq. (1) mended: -t_c - 10 min(d, 0.6), with d the SO(4) distance to the nearest pose of the path so far.
 
+    -t_c + t_p while d < 0.1, and when the hand comes back toward the first pose by more than 0.1 m from its furthest.
     Time alone cannot tell a hand that moves from one that presses with a soft arm: where it rests once the forces have
     died away can. And "away from the first pose" cannot tell a door that opens from a lever that turns further: away
     from everywhere the hand has been can.
     """
     new = min(so4_distance(pose, settled) for pose in path.poses)
-    return -time + PENALTY if new < NEW else -time - NEW_WEIGHT * min(new, NEW_ENOUGH)
+    first = path.poses[0].translation
+    furthest = max(float(np.linalg.norm(pose.translation - first)) for pose in path.poses)
+    back = furthest - float(np.linalg.norm(settled.translation - first))
+    return -time + PENALTY if new < NEW or back > BACK else -time - NEW_WEIGHT * min(new, NEW_ENOUGH)
 
 
 class DoorTask:
