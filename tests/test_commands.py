@@ -9,6 +9,7 @@ import sys
 import time
 import urllib.error
 import urllib.request
+from contextlib import suppress
 from pathlib import Path
 
 import nbformat
@@ -217,15 +218,16 @@ def test_jupyterlab_answers_on_the_loopback_address_with_its_token_only(tmp_path
     command = commands.lab_command(["--no-browser", "--ServerApp.port=0"])
     with subprocess.Popen(command, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as server:
         try:
-            deadline, files = time.monotonic() + 90, []
-            while not files and time.monotonic() < deadline:
+            deadline, status = time.monotonic() + 90, None
+            while status is None and time.monotonic() < deadline:
                 time.sleep(0.2)
-                files = list(tmp_path.glob("jpserver-*.json"))
-            found = json.loads(files[0].read_text())
+                with suppress(OSError, ValueError, StopIteration):  # not written yet, or not listening yet
+                    found = json.loads(next(iter(tmp_path.glob("jpserver-*.json"))).read_text())
+                    page = f"{found['url']}api/contents/notebooks/{commands.FIRST_PAGE}?content=0"
+                    with urllib.request.urlopen(f"{page}&token={found['token']}", timeout=30) as answer:
+                        status = answer.status
+            assert status == 200
             assert found["hostname"] == "127.0.0.1" and len(found["token"]) > 20 and found["root_dir"] == str(ROOT)
-            page = f"{found['url']}api/contents/notebooks/{commands.FIRST_PAGE}?content=0"
-            with urllib.request.urlopen(f"{page}&token={found['token']}", timeout=30) as answer:
-                assert answer.status == 200
             with pytest.raises(urllib.error.HTTPError, match="403"):
                 urllib.request.urlopen(page, timeout=30)
         finally:
