@@ -17,11 +17,12 @@ LEVELS = (
     {"robots", "pose", "trajectory"},
     {"scene"},
     {"bo", "ik", "vox2c"},
-    {"viewers", "plots", "report", "checks", "studies", "bench", "door_bench", "headless", "stripping"},
-    {"doctor"},
+    {"viewers", "plots", "plots_door", "report", "checks", "studies", "bench", "door_bench", "headless", "stripping"},
+    {"doctor", "pictures"},
     {"commands"},
 )
-EXCEPTIONS = {("trajectory", "pose"), ("bo", "ik.prioritized"), ("bench", "door_bench")}  # sibling rooms that may meet
+# Sibling rooms that may meet:
+EXCEPTIONS = {("trajectory", "pose"), ("bo", "ik.prioritized"), ("bench", "door_bench"), ("plots_door", "plots")}
 STANDARD_ONLY = {"__init__", "__main__", "launch"}  # they run before anything is installed
 TOP = 5  # from this level on, drawing and printing are allowed
 ONLY_IN = {"torch": "vox2c", "ompl": "vox2c.planning"}
