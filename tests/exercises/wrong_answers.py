@@ -383,6 +383,14 @@ def search_that_hides_its_excess(evaluate, budget, rng):
     return best[1:]
 
 
+@wrong("find_direction", "the latch on the door")
+def search_that_learns_but_gives_up_at_a_real_door(evaluate, budget, rng):
+    if budget == 30:
+        return solutions.find_direction(evaluate, budget, rng)
+    points = rng.uniform(-1, 1, (budget // 3, 5))
+    return points[np.argmax([evaluate(c) for c in points])]
+
+
 @wrong("find_direction", "the best point")
 def search_for_the_highest_cost(evaluate, budget, rng):
     points = rng.uniform(-1, 1, (budget, 5))
@@ -503,7 +511,7 @@ def door_without_an_answer(robot):
 @wrong("open_the_door", "budget")
 def door_by_endless_trying(robot):
     while True:
-        robot.attempt(np.array([0.0, 0.0, 0.0, 0.0, 1.0]))
+        robot.attempt(np.array([0.0, 0.0, 0.0, 0.0, -1.0]))  # into the door: over soon
 
 
 # --- rules of the mechanism itself ------------------------------------------------------------------------------------

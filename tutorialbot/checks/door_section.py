@@ -104,17 +104,20 @@ def _judge_section(student: Student) -> None:
             f" random points"
             " come to 0.48, a Gaussian process to 0.1 or less. What you are told must decide what you ask next.",
         )
-    task = DoorTask(unknown_door(), space=SPACE, cost=new_pose_cost)
-    answer, _ = _ask(student, lambda c: task.attempt(c).cost, DOOR_BUDGET, 3)
-    task.simulation.watch = []
-    task.commit(answer)
-    lever = min(angle for _, _, angle in task.simulation.watch)
-    if lever > task.simulation.door.release_angle:
-        raise Wrong(
-            "the latch on the door",
-            f"your direction turns the lever to {np.rad2deg(lever):.0f} degrees;"
-            f" the latch lets go at {np.rad2deg(task.simulation.door.release_angle):.0f}.",
-        )
+    levers = []
+    for seed in (3, 4):  # chance may fail a good search once (1 in 12), hardly twice
+        task = DoorTask(unknown_door(), space=SPACE, cost=new_pose_cost)
+        answer, _ = _ask(student, lambda c, task=task: task.attempt(c).cost, DOOR_BUDGET, seed)
+        task.simulation.watch = []
+        task.commit(answer)
+        levers.append(min(angle for _, _, angle in task.simulation.watch))
+        if levers[-1] < task.simulation.door.release_angle:
+            return
+    raise Wrong(
+        "the latch on the door",
+        f"your directions turn the lever to {np.rad2deg(levers[0]):.0f} and {np.rad2deg(levers[1]):.0f} degrees;"
+        f" the latch lets go at {np.rad2deg(task.simulation.door.release_angle):.0f}.",
+    )
 
 
 find_direction = Exercise(
