@@ -9,6 +9,7 @@ from tutorialbot.scene.door import Door
 
 OTHER = """
 <mujoco>
+  <compiler angle="radian"/>
   <worldbody>
     <body name="leaf"><joint name="pivot" axis="0 0 1" range="0 2.5" limited="true" damping="1"/>
       <geom type="box" size="0.02 0.2 0.2" pos="0.02 0.2 1" mass="8"/>

@@ -30,18 +30,14 @@ POSTURE_WEIGHTS = np.array(
 TRACKING = 3e-4  # their stiffness against the hand's while it follows a path
 DURATION = 4.0  # of a whole move [s], paper 1, section 4
 PENALTY = 5.0  # t_p of eq. (1)
-NEW, NEW_ENOUGH, NEW_WEIGHT = 0.1, 0.6, 10.0  # `new_pose_cost`: what is new, new enough, and worth how much [s]
+NEW, NEW_WEIGHT = 0.1, 10.0  # `new_pose_cost`: what counts as new, and what it is worth [s]
 BACK = 0.1  # `new_pose_cost`: what counts as coming back [m]
 PATH_STEP = 0.05  # SO(4) distance between the poses kept of the path
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One evaluation of the objective: what the robot knows of it.
-
-    `time` is t_c [s]; `settled` the pose once contact forces have died away; `wrench` (6,) [N, Nm] the last reading, in
-    the tool's frame and about its origin: what the handle does to the hand there.
-    """
+    """One evaluation of the objective. `time` is t_c [s]; `settled` the pose once contact forces have died away."""
 
     c: np.ndarray
     time: float
@@ -49,7 +45,6 @@ class Trial:
     start: pin.SE3
     end: pin.SE3
     settled: pin.SE3
-    wrench: np.ndarray
     cost: float
 
     def to_json(self) -> dict:
@@ -100,7 +95,7 @@ def paper_cost(time: float, start: pin.SE3, settled: pin.SE3, path: Visited) -> 
 
 
 def new_pose_cost(time: float, start: pin.SE3, settled: pin.SE3, path: Visited) -> float:
-    """Return eq. (1) mended: -t_c - 10 min(d, 0.6), with d the SO(4) distance to the nearest pose of the path so far.
+    """Return eq. (1) mended: -t_c - 10 d, with d the SO(4) distance to the nearest pose of the path so far.
 
     -t_c + t_p while d < 0.1, and when the hand comes back toward the first pose by more than 0.1 m from its furthest.
     Time alone cannot tell a hand that moves from one that presses with a soft arm: where it rests once the forces have
@@ -111,7 +106,7 @@ def new_pose_cost(time: float, start: pin.SE3, settled: pin.SE3, path: Visited) 
     first = path.poses[0].translation
     furthest = max(float(np.linalg.norm(pose.translation - first)) for pose in path.poses)
     back = furthest - float(np.linalg.norm(settled.translation - first))
-    return -time + PENALTY if new < NEW or back > BACK else -time - NEW_WEIGHT * min(new, NEW_ENOUGH)
+    return -time + PENALTY if new < NEW or back > BACK else -time - NEW_WEIGHT * new
 
 
 class DoorTask:
@@ -142,8 +137,6 @@ class DoorTask:
         self.poses = [self.start]
         self.here = self.simulation.snapshot()
         self.sections_done = 0
-        model = self.simulation.model
-        self._tool_from_wrist = model.site("tool").pos - model.site("wrist").pos
         self._before: list = []  # what `undo` goes back to
         self.trace: Trace | None = None  # of the last move
 
@@ -185,9 +178,7 @@ class DoorTask:
             settled = simulation.tool_pose
         failed = self.trace.outcome == "failed"
         cost = PENALTY if failed else self.cost(self.trace.time, start, settled, self)
-        wrench = self.trace.wrench[-1].copy()
-        wrench[3:] -= np.cross(self._tool_from_wrist, wrench[:3])
-        return Trial(np.asarray(c, dtype=float), self.trace.time, self.trace.outcome, start, end, settled, wrench, cost)
+        return Trial(np.asarray(c, dtype=float), self.trace.time, self.trace.outcome, start, end, settled, cost)
 
     def targets(
         self, joints: np.ndarray, start: pin.SE3, goal: pin.SE3, duration: float = DURATION

@@ -17,11 +17,10 @@ class Preset:
     """One variant of Algorithm 1.
 
     `warm_start`: a section tries the direction that ended the last one first, then a neighbour of it. `replay`: every
-    third trial is the motion that really happened in the best-moving trial so far. `reciprocal`: every third trial is a
-    motion on which the wrenches felt so far do no work (directions must be meant in the tool's frame). `reject_above`:
-    a section whose best cost is above this is not committed, and its trials stay with the optimiser; after more than
-    `patience` rejected sections in a row the last move is taken back. `go_on`: a committed direction is tried again,
-    with no search, while it works.
+    third trial is the motion that really happened in the best-moving trial so far. `reject_above`: a section whose best
+    cost is above this is not committed, and its trials stay with the optimiser; after more than `patience` rejected
+    sections in a row the last move is taken back. `go_on`: a committed direction is tried again, with no search, while
+    it works.
     """
 
     name: str
@@ -31,7 +30,6 @@ class Preset:
     settings: Settings = field(default_factory=Settings)
     warm_start: bool = False
     replay: bool = False
-    reciprocal: bool = False
     reject_above: float = np.inf
     patience: int = 1
     go_on: bool = False
@@ -44,7 +42,6 @@ _IMPROVED = Preset(
     SearchSpace(rotation_max=np.pi / 2, frame="tool"),
     warm_start=True,
     replay=True,
-    reciprocal=True,
     reject_above=-0.5,
 )
 

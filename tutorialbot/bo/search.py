@@ -22,7 +22,6 @@ from tutorialbot.seeding import make_rng
 from tutorialbot.trajectory import PoseTrajectory
 
 GO_ON_LIMIT = 6  # repeats of a committed direction in one section
-LEVER_ARM = 0.2  # `free_twists`: length that makes a torque of a force, about the ratio of the limits [m]
 STILL_MOVES = -1.0  # the cost below which a repeated direction is worth keeping
 
 
@@ -134,39 +133,19 @@ def propose(
     """Return a direction (5,) to try without asking the optimiser, or None when it is the optimiser's turn.
 
     `trials` are those made from where the hand is now. A warm start comes first: the direction that worked last, and a
-    neighbour of it. Later, of every three trials one replays what really moved and one is what the wrenches leave free.
+    neighbour of it. Later, every third trial replays what really moved.
     """
-    count = len(trials)
-    if preset.warm_start and previous is not None and count < 2:
+    if preset.warm_start and previous is not None and len(trials) < 2:
         return previous if not trials else np.clip(previous + 0.15 * rng.standard_normal(5), -1.0, 1.0)
-    candidates: list[np.ndarray] = []
-    if preset.replay and count >= 3 and count % 3 == 0:
+    if preset.replay and len(trials) >= 3 and len(trials) % 3 == 0:
         moving = [trial for trial in trials if trial.cost < 0.0]
         if moving:
             furthest = max(moving, key=lambda trial: so4_distance(trial.start, trial.settled))
-            candidates = [task.space.point(*task.space.moved(furthest.start, furthest.settled))]
-    elif preset.reciprocal and count >= 5 and count % 3 == 2:
-        candidates = [
-            task.space.point(twist[:3], twist[3:]) for twist in free_twists([trial.wrench for trial in trials])
-        ]
-    tried = twist_features(np.array([trial.c for trial in trials])) if candidates else None
-    new = (c for c in candidates if np.linalg.norm(tried - twist_features(c), axis=1).min() > 0.05)
-    return next(new, None)
-
-
-def free_twists(wrenches: list[np.ndarray]) -> list[np.ndarray]:
-    """Return twists (6,) [m, rad], the freest first, on which the given wrenches (6,) [N, Nm] do the least work.
-
-    A frictionless constraint only exerts wrenches that are reciprocal to the motion it allows, f . v + tau . w = 0. The
-    right singular vectors of the stacked wrenches with the two smallest singular values, both ways, are the guesses: a
-    door with its lever turned has two freedoms. A wrench counts by its direction alone, and LEVER_ARM [m] weighs
-    torques against forces. Both in one frame.
-    """
-    scale = np.array(3 * [1.0] + 3 * [LEVER_ARM])
-    rows = np.array([wrench / scale for wrench in wrenches])
-    rows /= np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-9)
-    freest = np.linalg.svd(rows)[2][::-1][:2]
-    return [sign * twist / scale for twist in freest for sign in (1.0, -1.0)]
+            c = task.space.point(*task.space.moved(furthest.start, furthest.settled))
+            tried = twist_features(np.array([trial.c for trial in trials]))
+            if np.linalg.norm(tried - twist_features(c), axis=1).min() > 0.05:
+                return c
+    return None
 
 
 def follow_up(task: DoorTask, c: np.ndarray, go_on: bool) -> Iterator[Trial]:
