@@ -42,7 +42,7 @@ def test_mended_cost_rewards_new_poses_and_punishes_known_ones():
         3.0
     )  # far from the start, but an old acquaintance
     assert new_pose_cost(2.0, at(0.2), at(0.4), path) < -2.0
-    back = pin.SE3(pin.exp3(np.array([1.0, 0.0, 0.0])), np.array([0.05, 0.0, 0.0]))  # new, but 0.15 m nearer to the first
+    back = pin.SE3(pin.exp3(np.array([1.0, 0.0, 0.0])), np.array([0.05, 0.0, 0.0]))  # new, but nearer
     assert new_pose_cost(2.0, at(0.2), back, path) == pytest.approx(3.0)
 
 

@@ -55,7 +55,6 @@ class Trial:
             "time": self.time,
             "outcome": self.outcome,
             "cost": self.cost,
-            "wrench": self.wrench.tolist(),
             **poses,
         }
 
@@ -67,7 +66,6 @@ class Trial:
             np.array(entry["c"]),
             entry["time"],
             entry["outcome"],
-            wrench=np.array(entry["wrench"]),
             cost=entry["cost"],
             **poses,
         )
