@@ -134,6 +134,7 @@ class NotebookPage:
         self.lab, self.notebook, self.requests, self.console = lab, notebook, [], []
         context.on("request", lambda request: self.requests.append(request.url))
         self.page = context.new_page()
+        self.page.set_default_timeout(120_000)  # a loaded machine draws a scene in software slowly
         self.page.on("websocket", lambda socket: self.requests.append(socket.url))
         self.page.on("pageerror", lambda error: self.console.append(f"page error: {error}"))
         self.page.on("console", lambda m: self.console.append(f"{m.type}: {m.text}") if m.type == "error" else None)
@@ -147,7 +148,7 @@ class NotebookPage:
         )
         self.wait_idle()
 
-    def wait_idle(self, seconds: float = 120.0) -> None:
+    def wait_idle(self, seconds: float = 300.0) -> None:
         """Wait until the kernel has nothing to do."""
         script = "() => window.jupyterapp.shell.currentWidget.sessionContext.session?.kernel?.status === 'idle'"
         self.page.wait_for_function(script, timeout=1000 * seconds)

@@ -91,7 +91,7 @@ def blob(page, scene: int = 0, colour: int = 2) -> tuple[float, float, float]:
     return tuple(page.page.evaluate(PIXELS, [scene, colour]))
 
 
-def wait_for(page, what, seconds: float = 20.0):
+def wait_for(page, what, seconds: float = 120.0):
     """Wait until `what()` is true and return its value; fail with a picture's worth of words otherwise."""
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
