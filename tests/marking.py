@@ -5,6 +5,7 @@ Of a submission only those top-level statements run that its exercises' function
 
 import argparse
 import ast
+import dis
 import json
 import linecache
 import os
@@ -12,6 +13,7 @@ import resource
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import CodeType
 
 if __name__ == "__main__":
     sys.path[0] = str(Path(__file__).resolve().parent.parent)  # the project, and not tests/, where the solutions lie
@@ -46,6 +48,7 @@ def statements(sources: list[str]) -> Iterator[tuple[ast.stmt, str]]:
         lines = ["" if line.lstrip().startswith(("%", "!", "?")) else line for line in source.splitlines()]
         try:
             tree = ast.parse("\n".join(lines), name)
+            compile(tree, name, "exec")
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             print(f"{name} cannot be read: {error}")
             continue
@@ -54,34 +57,38 @@ def statements(sources: list[str]) -> Iterator[tuple[ast.stmt, str]]:
 
 
 def bound(statement: ast.stmt) -> set[str]:
-    """Return the names that a statement gives a value; {"*"} for a star import."""
-    if isinstance(statement, ast.FunctionDef | ast.ClassDef):
-        return {statement.name}
-    names = set()
-    for node in ast.walk(statement):
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            names |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            names.add(node.id)
-        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
-            names.add(node.name)
-    return names
+    """Return the global names that a statement gives a value; {"*"} for a star import."""
+    star = isinstance(statement, ast.ImportFrom) and statement.names[0].name == "*"
+    stored = {step.argval for step in _steps(statement) if step.opname in ("STORE_NAME", "STORE_GLOBAL")}
+    return {"*"} if star else stored
 
 
-def needed(found: list[tuple[ast.stmt, str]], wanted: set[str]) -> list[tuple[ast.stmt, str]]:
-    """Return the statements that define the `wanted` names, and whatever these need themselves."""
-    chosen: set[int] = set()
-    wanted = {*wanted, "*"}
-    growing = True
-    while growing:
-        growing = False
-        for i, (statement, _) in enumerate(found):
-            if i not in chosen and bound(statement) & wanted:
-                chosen.add(i)
-                uses = (node.id for node in ast.walk(statement) if isinstance(node, ast.Name))
-                wanted |= set(uses)
-                growing = True
-    return [found[i] for i in sorted(chosen)]
+def used(statement: ast.stmt) -> set[str]:
+    """Return the global names that a statement reads, at once or in the functions that it defines."""
+    return {step.argval for step in _steps(statement) if step.opname in ("LOAD_NAME", "LOAD_GLOBAL")}
+
+
+def _steps(statement: ast.stmt) -> Iterator[dis.Instruction]:
+    """Yield the bytecode of a statement; of the functions and classes in it what they read alone."""
+    waiting = [compile(ast.Module([statement], []), "<statement>", "exec")]
+    top = waiting[0]
+    while waiting:
+        code = waiting.pop()
+        yield from (step for step in dis.get_instructions(code) if code is top or step.opname != "STORE_NAME")
+        waiting += [constant for constant in code.co_consts if isinstance(constant, CodeType)]
+
+
+def needed(found: list[tuple[ast.stmt, str]], functions: set[str]) -> list[tuple[ast.stmt, str]]:
+    """Return the statements that define the `functions`, each by its last definition, and whatever these need."""
+    binds, uses = [bound(statement) for statement, _ in found], [used(statement) for statement, _ in found]
+    last = {name: i for i, names in enumerate(binds) for name in names & functions}
+    chosen = set(last.values())
+    while True:
+        wanted = set().union({"*"}, *(uses[i] for i in chosen)) - functions
+        further = {i for i, names in enumerate(binds) if names & wanted} - chosen
+        if not further:
+            return [found[i] for i in sorted(chosen)]
+        chosen |= further
 
 
 def mark_one(path: Path, names: list[str], channel: int, memory: float) -> None:
@@ -107,7 +114,7 @@ def mark_one(path: Path, names: list[str], channel: int, memory: float) -> None:
             tell(name, "error", "can be read", f"{type(error).__name__}: {error}")
         return
     space: dict = {"__name__": "submission"}
-    for statement, name in needed(list(statements(sources)), set(names)):
+    for statement, name in needed(list(statements(sources)), set(exercises)):
         try:
             exec(compile(ast.Module([statement], []), name, "exec"), space)
         except Exception as error:

@@ -70,6 +70,12 @@ def test_only_what_is_needed_runs():
     assert [ast.unparse(statement) for statement, _ in chosen] == wanted
 
 
+def test_a_name_used_twice_drags_nothing_along():
+    source = "f = slow()\nx = slow()\ndef f(x):\n    y = x\n    return y\ny = slow()"
+    chosen = marking.needed(list(marking.statements([source])), {"f"})
+    assert [ast.unparse(statement) for statement, _ in chosen] == ["def f(x):\n    y = x\n    return y"]
+
+
 @pytest.mark.parametrize(
     ("source", "names"),
     [
