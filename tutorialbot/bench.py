@@ -70,7 +70,7 @@ def main(argv: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python3 -m tutorialbot bench", description=__doc__)
     parser.add_argument("name", help="one of: " + ", ".join(sorted(BENCHMARKS)))
     parser.add_argument(
-        "--seeds", type=int, default=100, help="doors of the main rows (the others get 2/5 or 1/5 of it)"
+        "--seeds", type=int, default=100, help="doors of the main rows (the others get less)"
     )
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--out", type=Path, help="JSON file to write (default: results/bench/NAME.json)")
