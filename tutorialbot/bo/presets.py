@@ -31,7 +31,7 @@ class Preset:
     warm_start: bool = False
     replay: bool = False
     reject_above: float = np.inf
-    patience: int = 1
+    patience: int = 2
     go_on: bool = False
 
 
