@@ -17,7 +17,7 @@ from tutorialbot.runs import Journal, progress
 from tutorialbot.scene.door import Door
 from tutorialbot.seeding import make_rng
 
-FIRST_SEED = 8000  # presets were tuned on seeds below 200
+FIRST_SEED = 9500  # presets were tuned on seeds below 200
 AJAR = np.deg2rad(2.0)  # beyond this hinge angle a section counts as pulling the door
 
 

@@ -31,7 +31,7 @@ TRACKING = 3e-4  # their stiffness against the hand's while it follows a path
 DURATION = 4.0  # of a whole move [s], paper 1, section 4
 PENALTY = 5.0  # t_p of eq. (1)
 NEW, NEW_WEIGHT = 0.1, 10.0  # `new_pose_cost`: what counts as new, and what it is worth [s]
-BACK = 0.1  # `new_pose_cost`: what counts as coming back [m]
+BACK = 0.06  # `new_pose_cost`: what counts as coming back [m]
 PATH_STEP = 0.05  # SO(4) distance between the poses kept of the path
 
 
@@ -95,7 +95,7 @@ def paper_cost(time: float, start: pin.SE3, settled: pin.SE3, path: Visited) -> 
 def new_pose_cost(time: float, start: pin.SE3, settled: pin.SE3, path: Visited) -> float:
     """Return eq. (1) mended: -t_c - 10 d, with d the SO(4) distance to the nearest pose of the path so far.
 
-    -t_c + t_p while d < 0.1, and when the hand comes back toward the first pose by more than 0.1 m from its furthest.
+    -t_c + t_p while d < 0.1, and when the hand comes back toward the first pose by more than 0.06 m from its furthest.
     Time alone cannot tell a hand that moves from one that presses with a soft arm: where it rests once the forces have
     died away can. And "away from the first pose" cannot tell a door that opens from a lever that turns further: away
     from everywhere the hand has been can.
