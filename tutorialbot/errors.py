@@ -42,6 +42,8 @@ def finite_number(
     bounds += f" and <= {high:g}" if np.isfinite(high) else ""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         raise InvalidType(argument, value, bounds)
+    if isinstance(value, int) and abs(value) > 2**1000:
+        raise InvalidValue(argument, "a whole number beyond every float", bounds)
     if not np.isfinite(value) or value < low or value > high or (above and value == low):
         raise InvalidValue(argument, value, bounds)
     return float(value)
@@ -64,7 +66,7 @@ def whole_number(argument: str, value: Any, low: int = 0) -> int:
 def one_of(argument: str, value: Any, choices: Iterable[str]) -> str:
     """Return `value` when it is among `choices`, or raise InvalidValue that lists them."""
     names = sorted(choices)
-    if value not in names:
+    if not isinstance(value, str) or value not in names:
         raise InvalidValue(argument, value, "one of " + ", ".join(map(repr, names)))
     return value
 

@@ -1,6 +1,7 @@
 """What the papers claim beside what we measured: the table *paper vs ours vs peers*, and the README's table."""
 
 import csv
+import math
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -36,7 +37,7 @@ def paper_values(paper: int, path: Path = DATA / "paper_values.csv") -> pd.DataF
     when ours is at least, at most the value) and reason. Raises InvalidValue for another paper and BrokenFile for a
     table that is damaged or cut short.
     """
-    if paper not in (1, 2, 3, 4):
+    if type(paper) is not int or paper not in (1, 2, 3, 4):
         raise InvalidValue("paper", paper, "1, 2, 3 or 4")
     rows = _read(path)
     table = pd.DataFrame([row for row in rows if row["paper"] == str(paper)], columns=COLUMNS)
@@ -70,9 +71,12 @@ def _problem(row: list[str]) -> str:
     if paper not in ("1", "2", "3", "4") or not where or not quantity or not reason:
         return "paper, where, quantity and reason must be filled in"
     try:
-        float(value), float(tolerance if tolerance not in ("", *BOUNDS) else 0)
+        numbers = float(value), float(tolerance if tolerance not in ("", *BOUNDS) else 0)
+        if not all(map(math.isfinite, numbers)):
+            raise ValueError
     except ValueError:
-        return f"value = {value!r}, tolerance = {tolerance!r}: expected a number (tolerance also min, max or nothing)"
+        found = f"value = {value!r}, tolerance = {tolerance!r}"
+        return f"{found}: expected a number (tolerance also min, max or nothing)"
     return ""
 
 

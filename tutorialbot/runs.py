@@ -76,15 +76,18 @@ class Journal:
     killed) is dropped. The file is locked: a second writer is refused, also from another process.
 
     Raises BrokenFile when the file has another header (unless `fresh`, which starts it anew) or is damaged in the
-    middle, and InvalidValue when somebody else is writing it.
+    middle or cannot be written, and InvalidValue when somebody else is writing it.
     """
 
     def __init__(self, path: str | os.PathLike, header: dict, *, fresh: bool = False):
         self.path = Path(path)
         self.header: dict = json.loads(json.dumps(header, default=_plain))
         self.entries: list[dict] = []
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = open(self.path, "a+b")  # noqa: SIM115 - stays open until close()
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = open(self.path, "a+b")  # noqa: SIM115 - stays open until close()
+        except OSError as error:
+            raise BrokenFile(f"{self.path}: cannot be written: {error.strerror}") from None
         try:
             self._open(fresh)
         except BaseException:
@@ -117,7 +120,7 @@ class Journal:
     def _parse(self, number: int, line: bytes) -> dict:
         try:
             value = json.loads(line)
-        except ValueError:
+        except (ValueError, RecursionError):
             value = None
         if not isinstance(value, dict):
             raise BrokenFile(f"{self.path}: line {number} is damaged: expected a JSON object, found {line[:60]!r}")
@@ -186,7 +189,7 @@ class RunRecord:
             content = json.loads(path.read_text(encoding="utf-8"))
         except OSError as error:
             raise BrokenFile(f"{path}: cannot be read: {error.strerror}") from None
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise BrokenFile(f"{path}: no whole JSON record (cut short or damaged): {error}") from None
         names = {f.name for f in fields(cls)}
         if not isinstance(content, dict) or set(content) != names:

@@ -108,5 +108,7 @@ class PoseTrajectory:
             return PoseTrajectory(content["times"], [from_quaternion(p, q) for p, q in pairs])
         except BrokenFile:
             raise
-        except (ValueError, TypeError, KeyError, TutorialbotError) as error:
+        except OSError as error:
+            raise BrokenFile(f"{path}: cannot be read: {error.strerror}") from None
+        except (RecursionError, ValueError, TypeError, KeyError, TutorialbotError) as error:
             raise BrokenFile(f"{path}: not a whole pose trajectory ({error!r})") from error

@@ -8,7 +8,7 @@ import numpy as np
 from tutorialbot.bo.objective import Cost, new_pose_cost, paper_cost
 from tutorialbot.bo.optimizers import OPTIMIZERS, Optimizer, SkoptSearch, TwistSearch
 from tutorialbot.bo.space import SearchSpace
-from tutorialbot.errors import InvalidType, one_of
+from tutorialbot.errors import InvalidType, InvalidValue, one_of, whole_number
 from tutorialbot.scene.simulation import Settings
 
 
@@ -33,6 +33,20 @@ class Preset:
     reject_above: float = np.inf
     patience: int = 2
     go_on: bool = False
+
+    def __post_init__(self):
+        limit = self.reject_above
+        if isinstance(limit, bool) or not isinstance(limit, int | float):
+            raise InvalidType("reject_above", limit, "a number, infinity included")
+        if limit != limit:
+            raise InvalidValue("reject_above", limit, "a number, infinity included")
+        whole_number("patience", self.patience)
+        for name, kind in (("name", str), ("space", SearchSpace), ("settings", Settings)):
+            if not isinstance(getattr(self, name), kind):
+                raise InvalidType(name, getattr(self, name), f"a {kind.__name__}")
+        for name in ("make", "cost"):
+            if not callable(getattr(self, name)):
+                raise InvalidType(name, getattr(self, name), "a function")
 
 
 _IMPROVED = Preset(

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from tutorialbot import paths
-from tutorialbot.errors import BrokenFile, InvalidValue, finite_number, one_of, positive
+from tutorialbot.errors import BrokenFile, InvalidType, InvalidValue, finite_number, one_of, positive
 
 LEVER_LOW = -np.pi / 4  # paper 1, section 3
 BAR_END = 0.022  # how far the lever is seen to go on beyond the grip [m]
@@ -116,6 +116,11 @@ class Door:
         The hinge must open in its positive direction, the handle turn in its negative one. Raises BrokenFile when the
         file cannot be read or compiled, and InvalidValue when it holds no element of a given name.
         """
+        if not isinstance(path, str | Path):
+            raise InvalidType("path", path, "the path of an MJCF file")
+        for argument, name in {"hinge": hinge, "grip": grip, "handle": handle, "latch": latch}.items():
+            if not isinstance(name, str) and not (name is None and argument in ("handle", "latch")):
+                raise InvalidType(argument, name, f"a name in {path}")
         door = cls(
             release_angle=release_angle,
             engage_angle=engage_angle,
@@ -134,6 +139,9 @@ class Door:
                 raise InvalidValue(
                     argument, name, f"a name in {path}: {', '.join(filter(None, there)) or 'none there'}"
                 )
+        for argument, name in (("hinge", hinge), ("handle", handle)):
+            if name is not None and model.joint(name).type[0] < int(mujoco.mjtJoint.mjJNT_SLIDE):
+                raise InvalidValue(argument, name, "a joint of type hinge or slide: one number says where it stands")
         return door
 
     @property
@@ -160,8 +168,9 @@ class Door:
 
     def model(self) -> mujoco.MjModel:
         """Return the compiled door alone; raises BrokenFile when it does not compile."""
+        spec = self.spec()
         try:
-            return self.spec().compile()
+            return spec.compile()
         except ValueError as error:
             raise BrokenFile(f"{self.names.path}: does not compile: {error}") from None
 

@@ -1,0 +1,97 @@
+"""Plain misuse of the public calls: an error of ours that names the argument, never one of a library."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tutorialbot import report
+from tutorialbot.bo.presets import PRESETS
+from tutorialbot.errors import BrokenFile, TutorialbotError, finite_number
+from tutorialbot.runs import Journal, RunRecord
+from tutorialbot.scene.door import Door
+from tutorialbot.trajectory import PoseTrajectory
+
+GATE = """<mujoco><worldbody><body><joint name="h" type="{kind}"/><geom size=".1"/><site name="g"/></body></worldbody>
+</mujoco>"""
+
+
+def refused(argument):
+    return pytest.raises(TutorialbotError, match=f"^{re.escape(argument)} = ")
+
+
+@pytest.mark.parametrize(
+    ("argument", "value"),
+    [
+        ("reject_above", float("nan")),
+        ("reject_above", "x"),
+        ("patience", -5),
+        ("make", None),
+        ("cost", None),
+        ("space", None),
+        ("settings", None),
+        ("name", None),
+    ],
+)
+def test_a_preset_of_ones_own_is_checked(argument, value):
+    with refused(argument):
+        replace(PRESETS["improved"], **{argument: value})
+
+
+@pytest.mark.parametrize(("argument", "value"), [("hinge", 3), ("hinge", None), ("grip", None), ("handle", 3)])
+def test_names_in_an_mjcf_are_text(tmp_path, argument, value):
+    path = tmp_path / "gate.xml"
+    path.write_text(GATE.format(kind="hinge"))
+    with refused(argument):
+        Door.from_mjcf(path, **{"hinge": "h", "grip": "g", argument: value})
+    with refused("path"):
+        Door.from_mjcf(None, hinge="h", grip="g")
+
+
+@pytest.mark.parametrize("kind", ["free", "ball"])
+def test_a_hinge_is_one_number(tmp_path, kind):
+    path = tmp_path / "gate.xml"
+    path.write_text(GATE.format(kind=kind))
+    with refused("hinge"):
+        Door.from_mjcf(path, hinge="h", grip="g")
+
+
+def test_odd_values_are_named():
+    with refused("side"):
+        Door(side=np.array([1, 2]))
+    with refused("mass"):
+        Door(mass=10**400)
+    with refused("paper"):
+        report.paper_values(True)
+    assert finite_number("x", np.float32(0.5)) == 0.5
+
+
+def test_files_nested_beyond_reason_are_broken(tmp_path):
+    path = tmp_path / "deep.json"
+    path.write_text("[" * 100_000)
+    for load in (PoseTrajectory.load, RunRecord.load):
+        with pytest.raises(BrokenFile, match="deep.json"):
+            load(path)
+    path.write_text("{}\n" + "[" * 100_000 + "\n")
+    with pytest.raises(BrokenFile, match="line 2"):
+        Journal(path, {})
+
+
+def test_files_that_are_not_there(tmp_path):
+    with pytest.raises(BrokenFile, match="cannot be read"):
+        PoseTrajectory.load(tmp_path / "none.json")
+    with pytest.raises(BrokenFile, match="cannot be written"):
+        Journal(tmp_path, {})
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BrokenFile, match="cannot be written"):
+        Journal(tmp_path / "file" / "journal", {})
+
+
+@pytest.mark.parametrize("value", ["nan", "inf"])
+def test_a_paper_states_finite_numbers(tmp_path, value):
+    path = Path(tmp_path / "values.csv")
+    path.write_text(",".join(report.COLUMNS) + f"\n1,section 4,w,{value},m,,reason\n")
+    with pytest.raises(BrokenFile, match="row 2"):
+        report.paper_values(1, path)
