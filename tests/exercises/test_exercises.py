@@ -9,7 +9,7 @@ import pytest
 import tutorialbot.bo.objective
 from tests.exercises import solutions
 from tests.exercises.wrong_answers import WRONG
-from tutorialbot.checks import door, door_motion, mechanism
+from tutorialbot.checks import door, door_motion, door_physics, guard, mechanism
 from tutorialbot.errors import InvalidType, InvalidValue
 
 EXERCISES = {exercise.name: exercise for exercise in door.EXERCISES}
@@ -40,6 +40,7 @@ def test_the_stub_is_not_attempted(name):
 @pytest.mark.parametrize(("function", "name", "check", "outcome"), WRONG, ids=[f.__name__ for f, *_ in WRONG])
 def test_the_wrong_answer_is_rejected_by_its_check(function, name, check, outcome, tools, capsys, monkeypatch):
     monkeypatch.setattr(door_motion, "BUDGET", 100)  # nobody here needs more
+    monkeypatch.setattr(mechanism, "_tools", [guard.Tools()])
     verdict = EXERCISES[name].check(function, limit=0.5 if check == "time limit" else None)
     assert (verdict.outcome, verdict.check) == (outcome, check)
     assert verdict.message
@@ -84,6 +85,38 @@ def test_misuse_is_an_error_of_ours():
         EXERCISES["lengths"].check(solutions.lengths(0.5))
     with pytest.raises(InvalidValue, match="limit"):
         EXERCISES["lengths"].check(solutions.lengths, limit=0.0)
+
+
+def test_a_rule_that_was_softened_is_noticed(monkeypatch):
+    def softened(robot):
+        monkeypatch.setattr(door_motion, "OPEN_ANGLE", -1.0)
+        monkeypatch.setattr(door_physics, "SLACK", 1e9)
+        return robot.kept
+
+    verdict = EXERCISES["open_the_door"].check(softened)
+    assert (verdict.outcome, verdict.check) == ("incorrect", "tools left alone")
+
+
+def _loop():
+    answer = []
+    answer.append(answer)
+    return answer
+
+
+class Silent(Exception):
+    def __str__(self):
+        raise RuntimeError
+
+
+def _raise_silent():
+    raise Silent
+
+
+@pytest.mark.parametrize(
+    ("answer", "outcome"), [(_loop, "incorrect"), (lambda: (10**400, 1), "incorrect"), (_raise_silent, "error")]
+)
+def test_no_answer_is_odd_enough_to_break_a_check(answer, outcome):
+    assert EXERCISES["lengths"].check(lambda c5: answer()).outcome == outcome
 
 
 def test_an_interrupt_passes_through():

@@ -182,6 +182,11 @@ def way_as_a_pose(a, b, s):
 
 
 # --- 5 time_to_collision ----------------------------------------------------------------------------------------------
+@wrong("time_to_collision", "limits as given")
+def collision_with_limits_of_its_own(times, wrench, up, weight, center, limits):
+    return solutions.time_to_collision(times, wrench, up, weight, center, (40.0, 8.0))
+
+
 @wrong("time_to_collision", "tare")
 def collision_without_tare(times, wrench, up, weight, center, limits):
     return solutions.time_to_collision(times, wrench, up, 0.0, center, limits)
@@ -381,6 +386,12 @@ def search_that_hides_its_excess(evaluate, budget, rng):
         except Exception:
             continue
     return best[1:]
+
+
+@wrong("find_direction", "runs without an error", "error")
+def search_that_reaches_behind_the_counter(evaluate, budget, rng):
+    points = [rng.uniform(-1, 1, 5) for _ in range(300)]
+    return min(points, key=evaluate.function)
 
 
 @wrong("find_direction", "the latch on the door")

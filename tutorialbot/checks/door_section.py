@@ -29,29 +29,27 @@ def unknown_door() -> Door:
 
 
 class Counted:
-    """An objective that may be asked only so often, at points of the cube."""
+    """An objective that may be asked only so often, at points of the cube; what students get is `evaluate`."""
 
     def __init__(self, function: Callable[[np.ndarray], float], budget: int):
-        self.function, self.budget = function, budget
-        self.points: list[np.ndarray] = []
         self.costs: list[float] = []
         self.broken: Wrong | None = None
 
-    def __call__(self, c: np.ndarray) -> float:
-        """Return the cost of c (5,)."""
-        try:
-            c = inside(c)
-            if len(self.costs) == self.budget:
-                raise Wrong(
-                    "budget",
-                    f"evaluation number {self.budget + 1} of {self.budget}: each one is a move of a real robot.",
-                )
-        except Wrong as wrong:
-            self.broken = self.broken or wrong
-            raise
-        self.points.append(c)
-        self.costs.append(float(self.function(c)))
-        return self.costs[-1]
+        def evaluate(c: np.ndarray) -> float:
+            try:
+                c = inside(c)
+                if len(self.costs) >= budget:
+                    raise Wrong(
+                        "budget",
+                        f"evaluation number {budget + 1} of {budget}: each one is a move of a real robot.",
+                    )
+            except Wrong as wrong:
+                self.broken = self.broken or wrong
+                raise
+            self.costs.append(float(function(c)))
+            return self.costs[-1]
+
+        self.evaluate = evaluate
 
 
 def inside(c: np.ndarray) -> np.ndarray:
@@ -67,7 +65,7 @@ def _ask(
 ) -> tuple[np.ndarray, Counted]:
     counted = Counted(function, budget)
     try:
-        answer = student(counted, budget, make_rng(SEED, 9, seed))
+        answer = student(counted.evaluate, budget, make_rng(SEED, 9, seed))
     finally:
         if counted.broken is not None:
             raise counted.broken

@@ -20,13 +20,13 @@ def _judge_collision(student: Student) -> None:
     plain, upright = np.zeros((100, 6)), np.tile([0.0, 0.0, 1.0], (100, 1))
     tilt = np.linspace(0.0, 2.0, 100)
     turning = np.column_stack([np.sin(tilt), np.zeros(100), np.cos(tilt)])
-    limits = (40.0, 8.0)
 
     def carrying(wrench: np.ndarray, up: np.ndarray, weight: float, center: np.ndarray) -> np.ndarray:
         return wrench + np.hstack([weight * up, np.cross(center, weight * up)])
 
     def trial(
-        check: str, wrench: np.ndarray, up: np.ndarray, weight: float, center: np.ndarray, expected: float, reason: str
+        check: str, wrench: np.ndarray, up: np.ndarray, weight: float, center: np.ndarray, expected: float, reason: str,
+        limits: tuple[float, float] = (40.0, 8.0),
     ) -> None:
         inputs = (times, carrying(wrench, up, weight, center), up, weight, center, limits)
         agree(check, numbers(student(*inputs), (), inputs), expected, inputs, reason, 1e-9)
@@ -52,6 +52,8 @@ def _judge_collision(student: Student) -> None:
         times[50],
         "The threshold is for the norm of the force: three times 30 N is 52 N.",
     )
+    reason = "The thresholds are inputs: here the hand may feel 60 N."
+    trial("limits as given", diagonal, upright, 0.0, center, 1.0, reason, (60.0, 8.0))
     twisted = plain.copy()
     twisted[70:, 3:] = [5.0, -5.0, 5.0]
     trial(

@@ -14,7 +14,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from types import BuiltinFunctionType, FunctionType, ModuleType
+from types import FunctionType, ModuleType
 from typing import Any
 
 import mujoco
@@ -147,7 +147,11 @@ def where(error: BaseException) -> str:
     frames = traceback.extract_tb(error.__traceback__)[1:]  # the first is ours
     own = [frame for frame in frames if "site-packages" not in frame.filename] or frames
     line = f" in line {own[-1].lineno}: {own[-1].line}" if own and own[-1].line else ""
-    return f"{type(error).__name__}: {str(error)[:500]}{line}"
+    try:
+        words = str(error)[:500]
+    except Exception:
+        words = "(an error that cannot be printed)"
+    return f"{type(error).__name__}: {words}{line}"
 
 
 def case(inputs: tuple) -> str:
@@ -165,14 +169,15 @@ def show(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return np.array2string(value, precision=4, suppress_small=True, threshold=12, edgeitems=2, separator=", ")
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(show, value[:6])) + (", ...]" if len(value) > 6 else "]")
+        parts = (f"a {type(v).__name__}" if isinstance(v, list | tuple) else show(v) for v in value[:6])
+        return "[" + ", ".join(parts) + (", ...]" if len(value) > 6 else "]")
     text = repr(value) if isinstance(value, int | str | bool | None) else f"a {type(value).__name__}"
     return text[:200]
 
 
 # --- tools that must stay as they were --------------------------------------------------------------------------------
 def tools(modules: list[ModuleType]) -> dict[str, Any]:
-    """Return name -> what decides its behaviour, of every function and class in `modules`."""
+    """Return name -> what decides its behaviour, of every function, class and constant in `modules`."""
     found: dict[str, Any] = {}
     for module in modules:
         for name, value in list(vars(module).items()):
@@ -186,7 +191,7 @@ def tools(modules: list[ModuleType]) -> dict[str, Any]:
                         found[f"{label}.{part}"] = (method, method.__code__, method.__defaults__)
                     elif isinstance(method, property | staticmethod | classmethod):
                         found[f"{label}.{part}"] = (method,)
-            elif inspect.isclass(value) or isinstance(value, BuiltinFunctionType) or callable(value):
+            elif callable(value) or (name.isupper() and isinstance(value, bool | int | float | str | tuple)):
                 found[label] = (value,)
     return found
 

@@ -126,7 +126,7 @@ def numbers(answer: Any, shape: tuple[int, ...], inputs: tuple) -> np.ndarray:
     wanted = "one number" if shape == () else f"{' x '.join(map(str, shape))} numbers"
     try:
         array = np.array(answer, dtype=float)
-    except (TypeError, ValueError):
+    except Exception:  # whatever the answer is made of
         raise Wrong("shape of the answer", f"the answer is {show(answer)}, expected {wanted}{case(inputs)}") from None
     if array.shape != shape or isinstance(answer, str):
         raise Wrong("shape of the answer", f"the answer has the shape {array.shape}, expected {wanted}{case(inputs)}")
