@@ -23,6 +23,7 @@ def door(options: argparse.Namespace) -> RunRecord:
     summary = _door_summary({row["preset"]: row for row in rows if _plain(row)})
     values = {"summary": summary, "physics": physics, "rows": rows, "doors": doors}
     command = f"python3 -m tutorialbot bench door --seeds {options.seeds}"
+    command += f" --rows {options.rows}" if options.rows else ""
     record = RunRecord("door", command, door_bench.FIRST_SEED, "paper", round(time.monotonic() - began, 1), values)
     _print_door(physics, rows)
     print("\n" + summary)
@@ -69,9 +70,8 @@ def main(argv: list[str]) -> int:
     """Run the benchmark that argv names; raises InvalidValue that lists the benchmarks for any other name."""
     parser = argparse.ArgumentParser(prog="python3 -m tutorialbot bench", description=__doc__)
     parser.add_argument("name", help="one of: " + ", ".join(sorted(BENCHMARKS)))
-    parser.add_argument(
-        "--seeds", type=int, default=100, help="doors of the main rows (the others get less)"
-    )
+    parser.add_argument("--seeds", type=int, default=100, help="doors of the main rows (the others get less)")
+    parser.add_argument("--rows", type=int, help="only the first rows of the study, at least 2 (default: all)")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--out", type=Path, help="JSON file to write (default: results/bench/NAME.json)")
     options = parser.parse_args(argv)
