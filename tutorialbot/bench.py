@@ -16,9 +16,8 @@ def door(options: argparse.Namespace) -> RunRecord:
 
     began = time.monotonic()
     physics = door_bench.physics()
-    doors = door_bench.study(
-        door_bench.study_cases(options.seeds), paths.results() / "bench" / "door.jsonl", options.jobs
-    )
+    cases = door_bench.study_cases(options.seeds)[: options.rows]
+    doors = door_bench.study(cases, paths.results() / "bench" / "door.jsonl", options.jobs)
     rows = door_bench.summarise(doors)
     summary = _door_summary({row["preset"]: row for row in rows if _plain(row)})
     values = {"summary": summary, "physics": physics, "rows": rows, "doors": doors}
