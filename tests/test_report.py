@@ -122,3 +122,10 @@ def test_the_table_of_the_readme_comes_from_the_records(tmp_path, monkeypatch):
         report.readme_table()
     with pytest.raises(BrokenFile, match="markers"):
         report.with_table("# no markers", "")
+
+
+def test_a_peer_cannot_take_the_place_of_a_column():
+    with pytest.raises(InvalidValue, match=r"peers = \['paper'\]"):
+        report.compare(1, {"sections to open a door": 6}, {"paper": {"sections to open a door": 7}})
+    with pytest.raises(InvalidValue, match="such as 'dimensions of the search space'"):
+        report.compare(1, {"~": 6})

@@ -98,12 +98,15 @@ def compare(paper: int, ours: dict[str, float], peers: dict[str, dict[str, float
     InvalidValue for a quantity that the paper does not state, InvalidType or InvalidValue for one that is no number.
     """
     peers, claims = peers or {}, paper_values(paper)
+    taken = {"quantity", "unit", "paper", "ours", "verdict", "reason"} & set(peers)
+    if taken:
+        raise InvalidValue("peers", sorted(taken), "names that are no column of the table itself")
     for name, found in {"ours": ours, **peers}.items():
         if not isinstance(found, dict):
             raise InvalidType(name, found, "a dict quantity -> number")
         for quantity, value in found.items():
             if quantity not in claims.index:
-                near = get_close_matches(quantity, claims.index, n=3, cutoff=0.3)
+                near = get_close_matches(quantity, claims.index, n=3, cutoff=0.3) or list(claims.index[:3])
                 raise InvalidValue(name, quantity, f"a quantity of paper {paper}, such as {', '.join(map(repr, near))}")
             finite_number(f"{name}[{quantity!r}]", value)
     rows = []

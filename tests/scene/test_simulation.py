@@ -195,6 +195,7 @@ def test_wheels_turn_when_the_base_moves():
         ("control_period", 0.001),
         ("force_noise", -1.0),
         ("force_limit", "40"),
+        ("tare", "no"),
     ],
 )
 def test_impossible_settings_are_refused_by_name(argument, value):

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from tutorialbot import paths
-from tutorialbot.errors import finite_number, positive
+from tutorialbot.errors import InvalidType, finite_number, positive
 from tutorialbot.scene import control
 from tutorialbot.scene.door import Door
 
@@ -47,6 +47,8 @@ class Settings:
         finite_number("control_period", self.control_period, self.sensor_period)
         for name in ("force_noise", "torque_noise"):
             finite_number(name, getattr(self, name), 0.0)
+        if not isinstance(self.tare, bool):
+            raise InvalidType("tare", self.tare, "True or False")
 
 
 def assemble(door: Door, settings: Settings, *, seen: bool = True) -> tuple[mujoco.MjModel, np.ndarray]:
