@@ -122,7 +122,6 @@ def run(options: argparse.Namespace, _further: list[str]) -> int:
     """Run the notebooks one after the other and write HTML; what is done and unchanged is not run again."""
     from tutorialbot import headless
 
-    os.environ.setdefault("TUTORIALBOT_VIEWER", "html")  # scenes that need no kernel
     status, folder = 0, results() / "html"
     for notebook in notebooks():
         page = folder / f"{notebook.stem}.html"

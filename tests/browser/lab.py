@@ -60,7 +60,8 @@ class Lab:
             file.write_text(json.dumps(values))
         python_path = os.pathsep.join(p for p in (str(REPOSITORY), os.environ.get("PYTHONPATH", "")) if p)
         private = {name: str(root / name) for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_RUNTIME_DIR", "IPYTHONDIR")}
-        env = {**os.environ, "PYTHONPATH": python_path, "OMP_NUM_THREADS": "1", **private, **self.environment}
+        env = {**os.environ, "PYTHONPATH": python_path, "OMP_NUM_THREADS": "1", "TUTORIALBOT_VIEWER": "live"}
+        env |= {**private, **self.environment}
         options = {
             "ServerApp.ip": "127.0.0.1", "ServerApp.port": 0, "IdentityProvider.token": self.token,
             "ServerApp.root_dir": str(self.folder), "ServerApp.open_browser": False, "ServerApp.allow_root": True,
