@@ -17,7 +17,8 @@ def door(options: argparse.Namespace) -> RunRecord:
     began = time.monotonic()
     physics = door_bench.physics()
     cases = door_bench.study_cases(options.seeds)[: options.rows]
-    doors = door_bench.study(cases, paths.results() / "bench" / "door.jsonl", options.jobs)
+    journal = paths.results() / "bench" / f"door-{paths.source_digest()}.jsonl"
+    doors = door_bench.study(cases, journal, options.jobs)
     rows = door_bench.summarise(doors)
     summary = _door_summary({row["preset"]: row for row in rows if _plain(row)})
     values = {"summary": summary, "physics": physics, "rows": rows, "doors": doors}

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 from joblib import Parallel, delayed
 
+from tutorialbot import paths
 from tutorialbot.bo.objective import DoorTask, execute
 from tutorialbot.bo.presets import PRESETS, Preset
 from tutorialbot.bo.search import DoorRun, search
@@ -55,11 +56,11 @@ def study_cases(seeds: int) -> list[Case]:
             Case(preset, few)
             for preset in ("improved, skopt", "improved, cmaes", "improved, optuna", "improved, going on")
         ),
-        *(Case(preset, few, trials) for trials in (3, 5, 8) for preset in (ours, control)),
+        *(Case(preset, many, trials) for trials in (3, 5, 8) for preset in (ours, control)),
+        *(Case(preset, few, stiffness=0.3) for preset in (ours, control)),
+        *(Case(preset, few, noise=True) for preset in (ours, control)),
+        Case(ours, few, spindle_radius=0.75),
         Case("paper, random", few),
-        *(Case(preset, least, stiffness=0.3) for preset in (ours, control)),
-        *(Case(preset, least, noise=True) for preset in (ours, control)),
-        Case(ours, least, spindle_radius=0.75),
         *(Case(preset, least) for preset in ("paper, EI", "paper, EI per second", "paper, cmaes", "paper, optuna")),
     ]
 
@@ -126,7 +127,8 @@ def _last(steps: Iterator) -> DoorRun:
 
 def study(cases: list[Case], path: Path, jobs: int = 2) -> list[dict]:
     """Run all cases on the same seeds, each door on disk in the journal `path` at once: an interrupt loses none."""
-    with Journal(path, {"study": "door", "first_seed": FIRST_SEED}) as journal:
+    header = {"study": "door", "first_seed": FIRST_SEED, "source": paths.source_digest()}
+    with Journal(path, header) as journal:
         done = {_key(entry) for entry in journal.entries}
         wanted = [(case, FIRST_SEED + i) for case in cases for i in range(case.seeds)]
         wanted = [(case, seed) for case, seed in wanted if _key({**asdict(case), "seed": seed}) not in done]

@@ -1,5 +1,6 @@
-"""The only place that knows where models, data and results lie."""
+"""The only place that knows where models, data and results lie, and which code makes results."""
 
+import hashlib
 import os
 from pathlib import Path
 
@@ -8,6 +9,7 @@ MODELS = ROOT / "models"
 DATA = ROOT / "data"
 REFERENCE = DATA / "reference"
 NOTEBOOKS = ROOT / "notebooks"
+METHODS = ("bo", "ik", "scene", "pose.py", "robots.py", "seeding.py", "trajectory.py")  # what `source_digest` reads
 
 
 def results() -> Path:
@@ -15,3 +17,17 @@ def results() -> Path:
     folder = Path(os.environ.get("TUTORIALBOT_RESULTS") or ROOT / "results")
     folder.mkdir(parents=True, exist_ok=True)
     return folder
+
+
+def source_digest() -> str:
+    """Return a hash of all that decides what a search finds: the methods' code and the models.
+
+    It stands in the headers of journals, so that what other code has measured is never mixed in. What only draws,
+    prints or checks is left out.
+    """
+    rooms = [ROOT / "tutorialbot" / room for room in METHODS]
+    files = [file for room in rooms for file in ([room] if room.is_file() else room.rglob("*.py"))]
+    digest = hashlib.sha256()
+    for file in sorted([*files, *MODELS.rglob("*.xml")]):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]

@@ -126,9 +126,11 @@ class DoorTask:
         seen: bool = True,
     ):
         self.space, self.cost, self.relax = space or SearchSpace(), cost, relax
-        posture = start_posture(door)
+        robot = robots.load_pinocchio("mobile_manipulator", MOVING)
+        posture = start_posture(door, robot)
         self.simulation = DoorSimulation(door, posture, settings, seed, seen=seen)
-        self.kinematics = hand_problem(pin.SE3.Identity(), posture)
+        hand = prioritized.Task("tool", pin.SE3.Identity())
+        self.kinematics = prioritized.problem(robot, hand, posture, POSTURE_WEIGHTS)
         self.simulation.relax(0.3)
         self.simulation.begin()
         self.start = self.simulation.tool_pose
@@ -196,15 +198,9 @@ class DoorTask:
             yield joints
 
 
-def hand_problem(target: pin.SE3, posture: np.ndarray) -> prioritized.Problem:
-    """Return the inverse kinematics of base and right arm for a `target` of the hand, springs to `posture` (9,)."""
-    model = robots.load_pinocchio("mobile_manipulator", MOVING)
-    return prioritized.problem(model, prioritized.Task("tool", target), posture, POSTURE_WEIGHTS)
-
-
-def start_posture(door: Door) -> np.ndarray:
+def start_posture(door: Door, robot: pin.Model | None = None) -> np.ndarray:
     """Return joint values (9,) of MOVING that put the hand on the handle of the shut door, the base straight in front
-    of it.
+    of it. `robot` spares loading it; it has the joints MOVING.
 
     Raises InvalidValue when the handle is out of the robot's reach.
     """
@@ -213,7 +209,7 @@ def start_posture(door: Door) -> np.ndarray:
     mujoco.mj_kinematics(model, data)
     site = data.site(door.names.grip)
     grip = pin.SE3(site.xmat.reshape(3, 3).copy(), site.xpos.copy())
-    robot = robots.load_pinocchio("mobile_manipulator", MOVING)
+    robot = robots.load_pinocchio("mobile_manipulator", MOVING) if robot is None else robot
     known = robot.createData()
     pin.framesForwardKinematics(robot, known, NOMINAL)
     hand = known.oMf[robot.getFrameId("tool")]

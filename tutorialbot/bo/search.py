@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tutorialbot import __version__, paths
+from tutorialbot import paths
 from tutorialbot.bo.objective import DoorTask, Trial
 from tutorialbot.bo.optimizers import Optimizer
 from tutorialbot.bo.presets import Preset, find_preset
@@ -217,13 +217,10 @@ def _journal(door: Door, preset: Preset, arguments: dict) -> Journal | None:
         "settings": asdict(preset.settings),
         **arguments,
     }
-    header = {"version": __version__, **json.loads(json.dumps(settings, default=str))}
-    sources = [*sorted((paths.ROOT / "tutorialbot").rglob("*.py")), *sorted(paths.MODELS.rglob("*.xml"))]
-    if door.file is not None:
-        sources.append(Path(door.file.path))
+    header = {"source": paths.source_digest(), **json.loads(json.dumps(settings, default=str))}
+    if door.file is not None and Path(door.file.path).is_file():
+        header["file"] = hashlib.sha256(Path(door.file.path).read_bytes()).hexdigest()
     digest = hashlib.sha256(json.dumps(header).encode())
-    for source in sources:
-        digest.update(source.read_bytes() if source.is_file() else b"")
     try:
         return Journal(paths.results() / "door" / f"{digest.hexdigest()[:24]}.jsonl", header)
     except InvalidValue:
