@@ -5,13 +5,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
-from tutorialbot import report
+from tutorialbot import paths, report
 from tutorialbot.bo.presets import PRESETS
 from tutorialbot.errors import BrokenFile, TutorialbotError, finite_number
+from tutorialbot.pose import so4_distance
 from tutorialbot.runs import Journal, RunRecord
 from tutorialbot.scene.door import Door
+from tutorialbot.scene.world import Settings
 from tutorialbot.trajectory import PoseTrajectory
 
 GATE = """<mujoco><worldbody><body><joint name="h" type="{kind}"/><geom size=".1"/><site name="g"/></body></worldbody>
@@ -87,6 +90,32 @@ def test_files_that_are_not_there(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(BrokenFile, match="cannot be written"):
         Journal(tmp_path / "file" / "journal", {})
+
+
+def test_the_results_folder_must_be_a_folder(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    for name in ("file", "file/below"):
+        monkeypatch.setenv("TUTORIALBOT_RESULTS", str(tmp_path / name))
+        with refused("TUTORIALBOT_RESULTS"):
+            paths.results()
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 1e6, float("inf"), "soft"])
+def test_an_arm_that_cannot_be_is_refused(stiffness):
+    with refused("stiffness"):
+        Settings(stiffness=stiffness)
+
+
+SHEAR = np.array([[1.0, 0.001, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+@pytest.mark.parametrize("matrix", [np.zeros((3, 3)), 2 * np.eye(3), np.diag([1.0, 1.0, -1.0]), SHEAR])
+def test_a_matrix_that_is_no_rotation_is_no_pose(matrix):
+    wrong = pin.SE3(matrix, np.zeros(3))
+    with refused("b"):
+        so4_distance(pin.SE3.Identity(), wrong)
+    with pytest.raises(TutorialbotError, match=r"^poses\[0\] = "):
+        PoseTrajectory([0.0], [wrong])
 
 
 @pytest.mark.parametrize("value", ["nan", "inf"])

@@ -194,10 +194,12 @@ def test_doctor_finds_faults(monkeypatch, capsys):
     monkeypatch.setattr(doctor, "_works", lambda code, **_: "ompl" not in code and "Renderer" not in code)
     monkeypatch.setattr(doctor, "find_chromium", lambda: None)
     monkeypatch.setattr(doctor.platform, "system", lambda: "Linux")
-    checks = (doctor.check_python, doctor.check_system, doctor.check_imports, doctor.check_egl, doctor.check_chromium)
+    monkeypatch.setattr(doctor.shutil, "which", lambda name: None)
+    checks = (doctor.check_python, doctor.check_system, doctor.check_imports, doctor.check_egl, doctor.check_chromium,
+              doctor.check_fonts)  # fmt: skip
     assert doctor.examine(checks) is False
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines] == ["BAD", "BAD", "BAD", "note", "note"]
+    assert [line.split()[0] for line in lines] == ["BAD", "BAD", "BAD", "note", "note", "note"]
     assert "ompl" in lines[2] and "sudo apt install libegl1" in lines[3] and "sudo apt install chromium" in lines[4]
 
 

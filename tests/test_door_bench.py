@@ -1,10 +1,18 @@
 """The benchmark's own arithmetic, and that an interrupted study goes on."""
 
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
 import numpy as np
+import psutil
 import pytest
 from scipy.stats import binomtest
 
-from tutorialbot import bench, door_bench
+from tutorialbot import bench, door_bench, paths
 from tutorialbot.door_bench import Case, study, summarise, wilson
 
 
@@ -68,3 +76,28 @@ def test_physics_rows_are_ratios_of_one_run():
 def test_an_unknown_benchmark_is_refused():
     with pytest.raises(ValueError, match=r"name = 'window': expected one of 'door'"):
         bench.main(["window"])
+
+
+@pytest.mark.parametrize(("option", "value"), [("--seeds", "0"), ("--rows", "1"), ("--jobs", "-1")])
+def test_numbers_out_of_range_are_refused(option, value):
+    with pytest.raises(ValueError, match=f"^{option} = {value}: expected"):
+        bench.main(["door", option, value])
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_an_ended_benchmark_leaves_what_is_finished_and_no_process(tmp_path, ending):
+    environment = {**os.environ, "TUTORIALBOT_RESULTS": str(tmp_path), "OMP_NUM_THREADS": "1"}
+    command = [sys.executable, "-m", "tutorialbot", "bench", "door", "--seeds", "20", "--rows", "2"]
+    with subprocess.Popen(command, cwd=paths.ROOT, env=environment, stdout=subprocess.DEVNULL,
+                          stderr=subprocess.PIPE, text=True) as process:  # fmt: skip
+        deadline = time.monotonic() + 180
+        while time.monotonic() < deadline and not any(b"\n{" in p.read_bytes() for p in tmp_path.glob("bench/*.jsonl")):
+            time.sleep(0.2)
+        family = psutil.Process(process.pid).children(recursive=True)
+        process.send_signal(ending)
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 130 and "the same command goes on from there" in said
+    assert len(family) >= 2 and psutil.wait_procs(family, timeout=20)[1] == []
+    (journal,) = tmp_path.glob("bench/*.jsonl")
+    assert [json.loads(line) for line in journal.read_text().splitlines()][1]["preset"] == "improved"

@@ -80,8 +80,22 @@ def test_the_map_puts_the_first_row_at_the_bottom(ax):
     assert np.array_equal(image.get_array(), values) and image.origin == "lower"
     assert list(image.get_extent()) == [-1, 1, -1, 1] and image.get_clim() == (0.0, 4.0)
     assert image.colorbar.ax.get_ylabel() == "t [s]"
-    assert {text.get_text() for text in ax.texts} == set(plots.WAYS)
+    assert {text.get_text() for text in ax.texts} == {way[0] for way in plots.WAYS}
     assert "c_1" in ax.get_xlabel() and "c_2" in ax.get_ylabel()
+
+
+def test_a_surrogate_is_drawn_over_what_it_is_about():
+    figure, (upper, lower) = plt.subplots(2, 1)
+    x, truth, mean, doubt = np.array([-1.0, 0, 1]), np.array([3.0, 4, 5]), np.array([1.0, 2, 3]), np.array([0.5, 0, 1])
+    plots.plot_surrogate(upper, lower, x, truth, mean, doubt, np.array([0.0, 0.2, 0.1]), [2])
+    curves = {line.get_label(): line.get_xydata() for line in upper.lines}
+    assert np.array_equal(curves["truth"][:, 1], truth) and np.array_equal(curves[r"mean $\mu$"][:, 1], mean)
+    assert curves["trials"].tolist() == [[1, 5]]
+    band = upper.collections[0].get_paths()[0].vertices
+    assert {(-1, 0), (-1, 2), (1, 1), (1, 5)} <= set(map(tuple, band))
+    assert [ax.lines[-1].get_xdata()[0] for ax in (upper, lower)] == [0, 0]  # where the gain is largest
+    assert upper.get_title() == "after 1 trials" and "[s]" in upper.get_ylabel() and "[s]" in lower.get_ylabel()
+    plt.close(figure)
 
 
 def test_distances_are_drawn_over_degrees(ax):

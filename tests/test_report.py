@@ -80,6 +80,9 @@ def test_compare_refuses_what_the_paper_does_not_state():
 DAMAGE = {
     "cut in a row": (lambda text: text[: len(text) // 2 + 7], "damaged|cut short"),
     "last line end missing": (lambda text: text[:-1], "cut short"),
+    "cut at the end of a row": (lambda text: "".join(text.splitlines(keepends=True)[:100]), "cut short"),
+    "a row lost": (lambda text: "".join(text.splitlines(keepends=True)[:50] + text.splitlines(keepends=True)[51:]),
+                   "cut short"),
     "empty": (lambda text: "", "line 1 is damaged"),
     "header only": (lambda text: text.splitlines(keepends=True)[0], "cut short"),
     "no number": (lambda text: text.replace(",0.15,m,", ",wide,m,"), r"value = 'wide'"),

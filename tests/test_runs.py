@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 
+from tutorialbot import paths
 from tutorialbot.errors import BrokenFile, InvalidType, InvalidValue
 from tutorialbot.paths import ROOT
 from tutorialbot.runs import Journal, Profile, RunRecord, profile, progress
@@ -184,3 +185,23 @@ def test_wrong_or_missing_record(tmp_path):
         path.write_text(json.dumps(content))
         with pytest.raises(BrokenFile, match=f"expected a record with the fields.*found.*{found}"):
             RunRecord.load(path)
+
+
+def test_the_digest_of_the_sources_sees_methods_and_models_and_nothing_else(tmp_path, monkeypatch):
+    for name in ("bo/search.py", "scene/door.py", "pose.py", "plots.py"):
+        path = tmp_path / "tutorialbot" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("x = 1\n")
+    (tmp_path / "models").mkdir()
+    monkeypatch.setattr(paths, "ROOT", tmp_path)
+    monkeypatch.setattr(paths, "MODELS", tmp_path / "models")
+    monkeypatch.setattr(paths, "METHODS", ("bo", "scene", "pose.py"))
+    digests = [paths.source_digest()]
+    for name in ("tutorialbot/plots.py", "tutorialbot/bo/search.py", "tutorialbot/pose.py", "models/door.xml"):
+        (tmp_path / name).write_text("x = 2\n")
+        digests.append(paths.source_digest())
+    assert digests[0] == digests[1] and len(set(digests)) == 4
+
+
+def test_every_method_room_is_there():
+    assert all((paths.ROOT / "tutorialbot" / room).exists() for room in paths.METHODS)

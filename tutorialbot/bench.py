@@ -1,12 +1,13 @@
 """Benchmarks: `python3 -m tutorialbot bench NAME` prints ratios, all measured in one run, and writes them as JSON."""
 
 import argparse
+import signal
 import sys
 import time
 from pathlib import Path
 
 from tutorialbot import paths
-from tutorialbot.errors import one_of
+from tutorialbot.errors import one_of, whole_number
 from tutorialbot.runs import RunRecord
 
 
@@ -67,7 +68,11 @@ BENCHMARKS = {"door": door}
 
 
 def main(argv: list[str]) -> int:
-    """Run the benchmark that argv names; raises InvalidValue that lists the benchmarks for any other name."""
+    """Run the benchmark that argv names; returns the exit status. Raises InvalidValue that lists the benchmarks for any
+    other name, and for numbers out of range.
+
+    Ended by Ctrl-C or a polite kill, it keeps what is finished, and the same command goes on from there.
+    """
     parser = argparse.ArgumentParser(prog="python3 -m tutorialbot bench", description=__doc__)
     parser.add_argument("name", help="one of: " + ", ".join(sorted(BENCHMARKS)))
     parser.add_argument("--seeds", type=int, default=100, help="doors of the main rows (the others get less)")
@@ -76,6 +81,14 @@ def main(argv: list[str]) -> int:
     parser.add_argument("--out", type=Path, help="JSON file to write (default: results/bench/NAME.json)")
     options = parser.parse_args(argv)
     run = BENCHMARKS[one_of("name", options.name, BENCHMARKS)]
-    path = run(options).save(options.out or paths.results() / "bench" / f"{options.name}.json")
+    whole_number("--seeds", options.seeds, 1), whole_number("--jobs", options.jobs, 1)
+    if options.rows is not None:
+        whole_number("--rows", options.rows, 2)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C: the workers end too
+    try:
+        path = run(options).save(options.out or paths.results() / "bench" / f"{options.name}.json")
+    except KeyboardInterrupt:
+        print("\ninterrupted: what is finished is kept, the same command goes on from there", file=sys.stderr)
+        return 130
     print(f"written: {path}", file=sys.stderr)
     return 0

@@ -138,9 +138,20 @@ def check_chromium() -> Finding:
     return NOTE, "Chromium", "none: only `test --full` needs it (Debian: sudo apt install chromium)"
 
 
+def check_fonts() -> Finding:
+    """A font with Japanese letters, for each notebook's summary."""
+    if platform.system() == "Darwin":
+        return GOOD, "fonts", "macOS brings Japanese letters"
+    lister = shutil.which("fc-list")
+    found = lister and subprocess.run([lister, ":lang=ja", "family"], capture_output=True, text=True).stdout.strip()
+    if found:
+        return GOOD, "fonts", "Japanese letters: " + found.splitlines()[0]
+    return NOTE, "fonts", "no Japanese letters: boxes instead (Debian, Ubuntu: sudo apt install fonts-noto-cjk)"
+
+
 MACHINE = (check_python, check_system, check_disk, check_memory, check_threads, check_port, check_results)
 QUICK = (check_python, check_system, check_memory, check_threads, check_results, check_versions)
-EVERYTHING = (*MACHINE, check_versions, check_imports, check_egl, check_chromium)
+EVERYTHING = (*MACHINE, check_versions, check_imports, check_egl, check_fonts, check_chromium)
 
 
 def examine(checks: Iterable[Callable[[], Finding]]) -> bool:

@@ -4,6 +4,8 @@ import hashlib
 import os
 from pathlib import Path
 
+from tutorialbot.errors import InvalidValue
+
 ROOT = Path(__file__).resolve().parent.parent
 MODELS = ROOT / "models"
 DATA = ROOT / "data"
@@ -13,9 +15,15 @@ METHODS = ("bo", "ik", "scene", "pose.py", "robots.py", "seeding.py", "trajector
 
 
 def results() -> Path:
-    """Folder, made when missing, for what a user makes (git-ignored): $TUTORIALBOT_RESULTS, else `results/`."""
+    """Folder, made when missing, for what a user makes (git-ignored): $TUTORIALBOT_RESULTS, else `results/`.
+
+    Raises InvalidValue when it cannot be made.
+    """
     folder = Path(os.environ.get("TUTORIALBOT_RESULTS") or ROOT / "results")
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InvalidValue("TUTORIALBOT_RESULTS", str(folder), f"a folder ({error.strerror})") from None
     return folder
 
 

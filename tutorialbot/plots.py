@@ -13,7 +13,11 @@ COLOURS = {
     "peer": "#9467bd", "hinge": "#1f77b4", "lever": "#e6a000", "limit": "#444444", "path": "#66ccff",
 }  # fmt: skip
 AXES_RGB = ("#d62728", "#2ca02c", "#1f77b4")  # of a frame: x, y, z
-WAYS = {"push": (0, 0), "left": (0.5, 0), "pull": (1, 0), "right": (-0.5, 0), "up": (0, 1), "down": (0, -1)}
+WAYS = (  # name, c1, c2 and how the text is aligned there: the azimuths +1 and -1 are both "pull"
+    ("push", 0, 0, "center", "center"), ("left", 0.5, 0, "center", "center"), ("right", -0.5, 0, "center", "center"),
+    ("pull", 0.99, 0, "right", "center"), ("pull", -0.99, 0, "left", "center"),
+    ("up", 0, 1, "center", "top"), ("down", 0, -1, "center", "bottom"),
+)  # fmt: skip
 
 
 def plot_norms(ax: Axes, traces: Mapping[str, object], quantity: str, limit: float) -> Axes:
@@ -59,10 +63,8 @@ def plot_direction_map(ax: Axes, values: np.ndarray, label: str, vmax: float | N
     runs from 0 to `vmax`, by default the 4 s of a whole move.
     """
     image = ax.imshow(values, origin="lower", extent=(-1, 1, -1, 1), aspect=0.5, cmap="viridis", vmin=0.0, vmax=vmax)
-    for name, (a, b) in WAYS.items():
-        side = {"up": "top", "down": "bottom"}.get(name, "center")
-        ax.text(a if name != "pull" else 0.99, b, name, color="white", fontsize=9, va=side, fontweight="bold",
-                ha="right" if name == "pull" else "center")  # fmt: skip
+    for name, a, b, ha, va in WAYS:
+        ax.text(a, b, name, color="white", fontsize=9, ha=ha, va=va, fontweight="bold")
     ax.set(xlabel="$c_1$: azimuth / 180 deg", ylabel="$c_2$: height", xticks=[-1, -0.5, 0, 0.5, 1], yticks=[-1, 0, 1])
     ax.figure.colorbar(image, ax=ax, label=label, shrink=0.85)
     return ax
@@ -113,6 +115,30 @@ def plot_slice(ax: Axes, values: np.ndarray, points: np.ndarray, label: str, cma
     ax.set(xlabel="$c_1$", ylabel="$c_2$", xticks=[-1, 0, 1], yticks=[-1, 0, 1])
     ax.figure.colorbar(image, ax=ax, label=label, shrink=0.8)
     return ax
+
+
+def plot_surrogate(
+    upper: Axes, lower: Axes, x: np.ndarray, truth: np.ndarray, mean: np.ndarray, doubt: np.ndarray,
+    gain: np.ndarray, seen: Sequence[int],
+) -> tuple[Axes, Axes]:
+    """Draw a surrogate along a line: above what it believes, below what its acquisition function promises.
+
+    All arrays (n,) over x; truth, mean and doubt (one standard deviation) [s], gain the expected improvement [s];
+    `seen` are the indices of the trials so far. The dotted line is where the next trial would be.
+    """
+    upper.plot(x, truth, color=COLOURS["random"], lw=1.2, label="truth")
+    low, high = mean - 2 * doubt, mean + 2 * doubt
+    upper.fill_between(x, low, high, color=COLOURS["ours"], alpha=0.2, label=r"$\pm 2\,\sigma$")
+    upper.plot(x, mean, color=COLOURS["ours"], lw=2, label=r"mean $\mu$")
+    upper.plot(x[seen], truth[seen], "o", color="white", mec="black", ms=6, label="trials")
+    lower.fill_between(x, 0.0, gain, color=COLOURS["good"], alpha=0.6)
+    for ax in (upper, lower):
+        ax.axvline(x[np.argmax(gain)], color=COLOURS["bad"], ls=":", lw=1.5)
+    upper.set(ylabel="cost [s]", title=f"after {len(seen)} trials")
+    lower.set(xlabel="$c_1$: azimuth / 180 deg", ylabel="expected\nimprovement [s]", ylim=(0.0, None))
+    for ax in (upper, lower):
+        ax.label_outer()
+    return upper, lower
 
 
 def plot_door_angles(ax: Axes, watch: np.ndarray, ends: Sequence[float] = ()) -> Axes:

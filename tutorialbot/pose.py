@@ -13,14 +13,22 @@ from tutorialbot.errors import InvalidType, InvalidValue, finite_array, finite_n
 
 ORDERS = ("wxyz", "xyzw")
 ANGLES = ("atan", "ratio")
+ROTATION_TOLERANCE = 1e-6  # how far the 3x3 part of a pose may be from a rotation
 
 
 def check_pose(argument: str, value: Any) -> pin.SE3:
-    """Return `value` when it is a `pinocchio.SE3` with finite entries, else raise InvalidType or InvalidValue."""
+    """Return `value` when it is a `pinocchio.SE3` with finite entries and a rotation, else raise InvalidType or
+    InvalidValue.
+    """
     if not isinstance(value, pin.SE3):
         raise InvalidType(argument, value, "a pinocchio.SE3")
-    if not np.isfinite(value.homogeneous).all():
+    (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = value.homogeneous.tolist()  # plain floats: this runs in tight loops
+    off = abs(a * a + b * b + c * c - 1.0) + abs(d * d + e * e + f * f - 1.0) + abs(a * d + b * e + c * f)
+    off += abs(b * f - c * e - g) + abs(c * d - a * f - h) + abs(a * e - b * d - i)  # the third row is their product
+    if not all(map(math.isfinite, (x, y, z, off))):
         raise InvalidValue(argument, value, "a pose with finite entries")
+    if off > ROTATION_TOLERANCE:
+        raise InvalidValue(argument, value, "a pose with a rotation: orthogonal, determinant +1")
     return value
 
 

@@ -14,6 +14,7 @@ from tutorialbot.runs import RunRecord
 
 COLUMNS = ("paper", "where", "quantity", "value", "unit", "tolerance", "reason")
 BOUNDS = ("min", "max")
+LAST = "end"  # of the table: this row counts those above it, so that a file cut short is noticed
 README = ROOT / "README.md"
 BEGIN, END = "<!-- results: begin -->", "<!-- results: end -->"
 
@@ -56,11 +57,14 @@ def _read(path: Path) -> list[dict[str, str]]:
         raise BrokenFile(f"{path}: line 1 is damaged: expected {','.join(COLUMNS)}, found {','.join(header)}")
     if not rows or not path.read_bytes().endswith(b"\n"):
         raise BrokenFile(f"{path}: cut short after {len(rows)} rows")
-    for number, row in enumerate(rows, start=2):
+    claims = rows[:-1] if rows[-1][:1] == [LAST] else rows
+    for number, row in enumerate(claims, start=2):
         problem = _problem(row)
         if problem:
             raise BrokenFile(f"{path}: row {number} is damaged: {problem}")
-    return [dict(zip(COLUMNS, row, strict=True)) for row in rows]
+    if claims is rows or rows[-1][3] != str(len(claims)):
+        raise BrokenFile(f"{path}: cut short: no last row that counts the {len(claims)} rows above it")
+    return [dict(zip(COLUMNS, row, strict=True)) for row in claims]
 
 
 def _problem(row: list[str]) -> str:

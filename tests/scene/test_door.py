@@ -98,6 +98,9 @@ def test_dimensions_and_stiffnesses_reach_the_model():
         ("latch", "magnet"),
         ("side", "top"),
         ("stand_off", True),
+        ("spindle_radius", 50.0),
+        ("stand_off", 1e-9),
+        ("mass", 1e9),
     ],
 )
 def test_impossible_doors_are_refused_by_name(argument, value):

@@ -5,18 +5,25 @@ robot stands at x < 0. A positive hinge angle opens the door toward the robot, (
 0), and a negative angle lowers its free end.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from tutorialbot import paths
-from tutorialbot.errors import BrokenFile, InvalidType, InvalidValue, finite_number, one_of, positive
+from tutorialbot.errors import BrokenFile, InvalidType, InvalidValue, finite_number, one_of
 
 LEVER_LOW = -np.pi / 4  # paper 1, section 3
 BAR_END = 0.022  # how far the lever is seen to go on beyond the grip [m]
 BOLT_THROW = 0.012  # how far the bolt reaches behind the strike plate [m]
+LIMITS = {  # of `Door`: from the smallest to the largest that is still a door, in the units named there
+    "spindle_radius": (0.1, 2.0), "lever_length": (0.02, 0.5), "stand_off": (0.02, 0.3), "edge": (0.01, 0.5),
+    "handle_height": (0.1, 3.0), "panel_height": (0.1, 4.0), "panel_thickness": (0.005, 0.3), "mass": (0.5, 500.0),
+    "hinge_damping": (0.0, 100.0), "hinge_friction": (0.0, 100.0), "lever_stiffness": (0.0, 50.0),
+    "lever_preload": (0.0, np.pi), "lever_damping": (0.0, 5.0), "lever_friction": (0.0, 5.0),
+    "release_angle": (LEVER_LOW, 0.0), "engage_angle": (LEVER_LOW, 0.0),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -43,7 +50,7 @@ class Door:
     again when the lever is back above `engage_angle` with the door shut. `latch="bolt"` is a rigid bolt behind a strike
     plate, coupled to the lever. `side` is where the hinge is as the robot sees it.
 
-    Raises InvalidValue or InvalidType when a number is not finite, not positive where it must be, or out of proportion.
+    Raises InvalidValue or InvalidType when a number is not finite, outside LIMITS, or out of proportion.
     """
 
     spindle_radius: float = 0.42  # hinge axis to lever spindle
@@ -67,24 +74,8 @@ class Door:
     file: DoorFile | None = None
 
     def __post_init__(self):
-        may_be_zero = {
-            "hinge_damping",
-            "hinge_friction",
-            "lever_stiffness",
-            "lever_preload",
-            "lever_damping",
-            "lever_friction",
-        }
-        for field in fields(self):
-            if field.type is not float and field.type != "float":
-                continue
-            value = getattr(self, field.name)
-            if field.name in ("release_angle", "engage_angle"):
-                finite_number(field.name, value, LEVER_LOW, 0.0)
-            elif field.name in may_be_zero:
-                finite_number(field.name, value, 0.0)
-            else:
-                positive(field.name, value)
+        for name, (low, high) in LIMITS.items():
+            finite_number(name, getattr(self, name), low, high)
         one_of("latch", self.latch, ("equality", "bolt"))
         one_of("side", self.side, ("right", "left"))
         if self.lever_length >= self.spindle_radius:

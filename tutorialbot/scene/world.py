@@ -16,6 +16,7 @@ SPEED = np.array([0.5, 0.5, 0.8, 1.5, 1.5, 1.5, 2.5, 2.5, 2.5])  # of the trapez
 ACCELERATION = np.array([1.5, 1.5, 2.5, 6.0, 6.0, 6.0, 10.0, 10.0, 10.0])  # [m/s^2] and [rad/s^2]
 CASTERS = (control.Caster(0.0, 0.20, 0.05, 0.075), control.Caster(0.0, -0.20, 0.05, 0.075))  # as in robot.xml
 STEER_RATE, DRIVE_RATE = 8.0, 12.0  # of the casters [rad/s]
+STIFFEST = 10.0  # beyond this `stiffness` every move collides at the first look at the sensor
 SEEN_GROUP = 2  # of the geoms for the eye, in the MJCF files
 
 
@@ -40,7 +41,8 @@ class Settings:
     tare: bool = True
 
     def __post_init__(self):
-        for name in ("stiffness", "force_limit", "torque_limit", "timestep"):
+        finite_number("stiffness", self.stiffness, 0.0, STIFFEST, above=True)
+        for name in ("force_limit", "torque_limit", "timestep"):
             positive(name, getattr(self, name))
         finite_number("open_angle", self.open_angle, 0.0, np.pi, above=True)
         finite_number("sensor_period", self.sensor_period, self.timestep)
