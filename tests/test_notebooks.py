@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import nbclient
 import nbformat
 import pytest
 
@@ -130,6 +131,22 @@ def test_every_stored_table_is_really_compared(path, tmp_path, monkeypatch):
     status, text = nbval(falsified)
     failed = re.findall(r"^FAILED .*::Cell", text, flags=re.MULTILINE)
     assert len(failed) == len(tables) and bool(status) == bool(tables), text
+
+
+@pytest.mark.full
+def test_the_switches_of_notebook_1_break_what_they_say():
+    """Committed, they are off. On, each shows its fault, and nothing else in the notebook falls over."""
+    page = nbformat.read(NOTEBOOKS / "01_door_opening.ipynb", as_version=4)
+    switches = [i for i, cell in enumerate(page.cells) if cell.source.count("BROKEN = False  # the switch")]
+    page.cells = page.cells[: switches[-1] + 1]
+    for i in switches:
+        page.cells[i].source = page.cells[i].source.replace("BROKEN = False", "BROKEN = True")
+    nbclient.NotebookClient(page, timeout=600, resources={"metadata": {"path": str(NOTEBOOKS)}}).execute()
+    tare, late, alias = (output_text(page.cells[i]) for i in switches)
+    assert re.search(r"^not tared .*first \[.* 5\.\d\] N", tare, flags=re.MULTILINE), tare
+    stands = [float(angle) for angle in re.findall(r"stands at (-?\d+) deg", late)]
+    assert stands[0] > 10 and stands[1] < 1, late
+    assert re.findall(r"(.*) PENALTY", alias) == ["psi = d/R           75 ->  90 deg: f_b = +1 s"], alias
 
 
 def test_the_tidiness_check_sees_planted_faults(tmp_path):
