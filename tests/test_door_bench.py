@@ -10,16 +10,15 @@ import time
 import numpy as np
 import psutil
 import pytest
-from scipy.stats import binomtest
 
 from tutorialbot import bench, door_bench, paths
-from tutorialbot.door_bench import Case, study, summarise, wilson
+from tutorialbot.door_bench import Case, first_sections, paired, study, summarise, wilson
 
 
-@pytest.mark.parametrize(("successes", "trials"), [(0, 20), (3, 20), (50, 100), (100, 100)])
-def test_wilson_agrees_with_scipy(successes, trials):
-    interval = binomtest(successes, trials).proportion_ci(method="wilson")
-    assert wilson(successes, trials) == pytest.approx((interval.low, interval.high), abs=1e-4)
+def test_wilsons_interval_is_that_of_the_tables():
+    """Worked by hand from Wilson's formula for 1 of 10; and it is no single point at 0 and at 100 %."""
+    assert wilson(1, 10) == pytest.approx((0.018, 0.404), abs=1e-3)
+    assert wilson(0, 20)[0] == 0.0 and wilson(0, 20)[1] == pytest.approx(0.161, abs=1e-3)
 
 
 def door(seed, opened, sections, preset="improved"):
@@ -39,6 +38,24 @@ def test_shares_count_unopened_doors_and_medians_do_not():
     assert (row["n"], row["opened_12"], row["opened_8"], row["opened_6"]) == (4, 0.75, 0.5, 0.25)
     assert (row["median_sections"], row["reached_70_deg"]) == (8.0, 1.0)
     assert control["n"] == 1
+
+
+def test_pairs_are_those_of_one_seed_and_one_condition():
+    ours = [door(0, True, 6), door(1, True, 8), door(2, False, 12), door(3, True, 5), door(9, True, 3)]
+    theirs = [door(seed, *rest, "random") for seed, *rest in
+              [(0, True, 7), (1, True, 8), (2, True, 12), (3, False, 12), (8, True, 3)]]  # fmt: skip
+    theirs.append({**door(9, True, 6, "random"), "noise": True})
+    (row,) = paired([*ours, *theirs], "improved", "random")
+    assert (row["n"], row["improved"], row["random"]) == (4, 0.75, 0.75)
+    assert (row["sooner"], row["later"], row["p"]) == (2, 1, 1.0)
+    many = [door(seed, True, 5) for seed in range(8)] + [door(seed, True, 6, "random") for seed in range(8)]
+    assert paired(many, "improved", "random")[0]["p"] == pytest.approx(2 * 0.5**8, abs=1e-4)
+
+
+def test_first_sections_are_the_same_for_the_same_seeds():
+    found = first_sections(2, trials=3)
+    assert found == first_sections(2, trials=3)
+    assert len(found) == 3 and all(-4.0 <= cost < 0.0 for costs in found.values() for cost in costs)
 
 
 def test_an_interrupted_study_goes_on(tmp_path, monkeypatch):

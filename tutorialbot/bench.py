@@ -6,6 +6,8 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
+
 from tutorialbot import paths
 from tutorialbot.errors import one_of, whole_number
 from tutorialbot.runs import RunRecord
@@ -22,11 +24,19 @@ def door(options: argparse.Namespace) -> RunRecord:
     doors = door_bench.study(cases, journal, options.jobs)
     rows = door_bench.summarise(doors)
     summary = _door_summary({row["preset"]: row for row in rows if _plain(row)})
-    values = {"summary": summary, "physics": physics, "rows": rows, "doors": doors}
+    pairs = door_bench.paired(doors, "improved", "improved, random")
+    first = door_bench.first_sections(max(1, round(0.2 * options.seeds)))
+    values = {"summary": summary, "physics": physics, "rows": rows, "pairs": pairs, "first_sections": first}
+    values["doors"] = doors
     command = f"python3 -m tutorialbot bench door --seeds {options.seeds}"
     command += f" --rows {options.rows}" if options.rows else ""
     record = RunRecord("door", command, door_bench.FIRST_SEED, "paper", round(time.monotonic() - began, 1), values)
     _print_door(physics, rows)
+    if pairs:
+        print("\nimproved against improved, random, on the same doors")
+        _print_table(pairs)
+    for name, lowest in first.items():
+        print(f"first section, {name}: median {np.median(lowest):.2f} s of {len(lowest)} seeds")
     print("\n" + summary)
     return record
 
@@ -56,12 +66,16 @@ def _print_door(physics: dict, rows: list[dict]) -> None:
         ratio = (replay + physics["trial"]) / (restore + physics["trial"])
         print(f"after {sections} sections a trial with replay costs {ratio:.1f} x one with a snapshot", end=" ")
         print(f"({1e3 * replay:.1f} ms against {1e3 * restore:.3f} ms)")
-    widths = {"preset": 22, "trials": 7, "stiffness": 10, "noise": 6, "spindle_radius": 15, "n": 4, "opened_12": 10}
-    widths |= {"low": 6, "high": 6, "opened_8": 9, "opened_6": 9, "median_sections": 16, "evaluations": 12}
-    widths |= {"cpu_seconds": 12, "surrogate_seconds": 18, "executed": 9}
-    print("\n" + "".join(f"{name:>{width}}" for name, width in widths.items()))
-    for row in rows:
-        print("".join(f"{row[name]!s:>{width}}" for name, width in widths.items()))
+    shown = ("preset", "trials", "stiffness", "noise", "spindle_radius", "n", "opened_12", "low", "high", "opened_8",
+             "opened_6", "median_sections", "evaluations", "cpu_seconds", "surrogate_seconds", "executed")  # fmt: skip
+    print()
+    _print_table([{name: row[name] for name in shown} for row in rows])
+
+
+def _print_table(rows: list[dict]) -> None:
+    widths = {name: 2 + max(len(name), *(len(str(row[name])) for row in rows)) for name in rows[0]}
+    for line in ({name: name for name in widths}, *rows):
+        print("".join(f"{line[name]!s:>{width}}" for name, width in widths.items()))
 
 
 BENCHMARKS = {"door": door}

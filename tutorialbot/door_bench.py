@@ -9,9 +9,11 @@ from pathlib import Path
 import mujoco
 import numpy as np
 from joblib import Parallel, delayed
+from scipy.stats import binomtest
 
 from tutorialbot import paths
 from tutorialbot.bo.objective import DoorTask, execute
+from tutorialbot.bo.optimizers import RandomSearch, SkoptSearch, TwistSearch
 from tutorialbot.bo.presets import PRESETS, Preset
 from tutorialbot.bo.search import DoorRun, search
 from tutorialbot.runs import Journal, progress
@@ -19,6 +21,7 @@ from tutorialbot.scene.door import Door
 from tutorialbot.seeding import make_rng
 
 FIRST_SEED = 9500  # presets were tuned on seeds below 200
+ROW = ("preset", "trials", "stiffness", "noise", "spindle_radius")  # what tells one row of the study from another
 AJAR = np.deg2rad(2.0)  # beyond this hinge angle a section counts as pulling the door
 
 
@@ -140,7 +143,7 @@ def study(cases: list[Case], path: Path, jobs: int = 2) -> list[dict]:
 
 
 def _row(entry: dict) -> tuple:
-    return tuple(entry[name] for name in ("preset", "trials", "stiffness", "noise", "spindle_radius"))
+    return tuple(entry[name] for name in ROW)
 
 
 def _key(entry: dict) -> tuple:
@@ -156,7 +159,7 @@ def summarise(doors: list[dict]) -> list[dict]:
         within = {n: sum(door["sections"] <= n for door in opened) / len(found) for n in (12, 8, 6)}
         low, high = wilson(len(opened), len(found))
         rows.append({
-            **dict(zip(("preset", "trials", "stiffness", "noise", "spindle_radius"), key, strict=True)),
+            **dict(zip(ROW, key, strict=True)),
             "n": len(found),
             **{f"opened_{n}": round(share, 3) for n, share in within.items()},
             "low": round(low, 3), "high": round(high, 3),
@@ -172,16 +175,54 @@ def summarise(doors: list[dict]) -> list[dict]:
     return rows
 
 
+def paired(doors: list[dict], one: str, other: str) -> list[dict]:
+    """Set two presets beside each other on the doors that both searched; a row for each budget and condition.
+
+    Of n pairs, `sooner` were opened in fewer sections by `one` (a door that stays shut counts as never), `later` by
+    `other`, the rest are level; `p` is that of the two-sided sign test: how often chance alone splits them so unevenly.
+    """
+    found = {(_key(door)): (door["sections"] if door["opened"] else np.inf) for door in doors}
+    conditions = sorted({_row(door)[1:] for door in doors if door["preset"] == one})
+    rows = []
+    for condition in conditions:
+        mine = {key[-1]: need for key, need in found.items() if key[:-1] == (one, *condition)}
+        pairs = [(need, found[other, *condition, seed]) for seed, need in mine.items()
+                 if (other, *condition, seed) in found]  # fmt: skip
+        if pairs:
+            sooner, later = sum(a < b for a, b in pairs), sum(a > b for a, b in pairs)
+            opened = {name: round(float(np.mean(np.isfinite(needs))), 3)
+                      for name, needs in zip((one, other), np.transpose(pairs), strict=True)}  # fmt: skip
+            p = float(binomtest(sooner, sooner + later).pvalue) if sooner + later else 1.0
+            rows.append({**dict(zip(ROW[1:], condition, strict=True)), "n": len(pairs), **opened,
+                         "sooner": sooner, "later": later, "p": round(p, 4)})  # fmt: skip
+    return rows
+
+
+def first_sections(seeds: int, trials: int = 15) -> dict[str, list[float]]:
+    """Return the lowest cost of eq. (1) [s] after `trials` trials at the shut door, one a seed, for each searcher."""
+    task, found = DoorTask(Door(), space=PRESETS["improved"].space, seen=False), {}
+    makers = {"twist surrogate, EI": TwistSearch, "paper: PI on c": SkoptSearch, "random": RandomSearch}
+    for name, make in makers.items():
+        lowest = []
+        for seed in progress(range(FIRST_SEED, FIRST_SEED + seeds), description=name):
+            searcher = make(make_rng(seed))
+            for _ in range(trials):
+                c = searcher.ask()
+                trial = task.attempt(c)
+                searcher.tell(c, trial.cost, trial.time)
+            lowest.append(round(min(searcher.costs), 3))
+        found[name] = lowest
+    return found
+
+
 def _median(doors: list[dict], name: str) -> float | None:
     return float(np.median([door[name] for door in doors])) if doors else None
 
 
-def wilson(successes: int, trials: int, z: float = 1.96) -> tuple[float, float]:
-    """Return Wilson's interval of a share: the one that still says something at 0 and at 100 %."""
-    share = successes / trials
-    middle = share + z * z / (2 * trials)
-    half = z * np.sqrt(share * (1 - share) / trials + (z / (2 * trials)) ** 2)
-    return float((middle - half) / (1 + z * z / trials)), float((middle + half) / (1 + z * z / trials))
+def wilson(successes: int, trials: int) -> tuple[float, float]:
+    """Return Wilson's 95 % interval of a share: the one that still says something at 0 and at 100 %."""
+    interval = binomtest(successes, trials).proportion_ci(method="wilson")
+    return float(interval.low), float(interval.high)
 
 
 def physics(repeats: int = 10) -> dict:
