@@ -83,7 +83,12 @@ class Arm:
 
     def within(self, q: np.ndarray) -> np.ndarray:
         """Whether all joints of q (..., 7) are inside the limits (...)."""
-        return ((q >= self.lower) & (q <= self.upper)).all(axis=-1)
+        return self.holds(components_first(q))
+
+    def holds(self, joints: np.ndarray) -> np.ndarray:
+        """The same for joints (7, ...)."""
+        low, high = (limit.reshape(7, *(1,) * (joints.ndim - 1)) for limit in (self.lower, self.upper))
+        return ((joints >= low) & (joints <= high)).all(axis=0)
 
 
 # -- one configuration at a time, as the paper writes it ----------------------------------------------------------
@@ -145,18 +150,18 @@ def forward_kinematics(
     """
     reading = READINGS[one_of("reading", reading, READINGS)]
     q = configurations("q", q)
-    tip, turned = reach(q, ARM if arm is None else arm)
+    tip, turned = reach(components_first(q), ARM if arm is None else arm)
     return np.moveaxis(tip, 0, -1), np.moveaxis(reading.tilt(turned), 0, -1)
 
 
-def reach(q: np.ndarray, arm: Arm) -> tuple[np.ndarray, np.ndarray]:
-    """Return position (3, ...) and quaternion (4, ...) of the tip for q (..., 7); components first, nothing checked.
+def reach(joints: np.ndarray, arm: Arm) -> tuple[np.ndarray, np.ndarray]:
+    """Return position (3, ...) and quaternion (4, ...) of the tip for joints (7, ...) [rad]; nothing is checked.
 
     As a quaternion q_i is cos + sin v_i with half the angle, so Q_{i-1} q_i = cos Q_{i-1} + sin (Q_{i-1} v_i), and each
     coordinate of Q L Q* is a quadratic form in Q. Both cos and sin come from the tangent t of a quarter of the angle:
     numpy has it faster, and cos = (1 - t^2) / (1 + t^2), sin = 2 t / (1 + t^2).
     """
-    t = np.tan(np.multiply(q.reshape(-1, 7).T, 0.25, order="C"))
+    t = np.tan(0.25 * joints.reshape(7, -1))
     sin = 2.0 / (1.0 + t * t)
     cos = sin - 1.0
     sin *= t
@@ -167,7 +172,12 @@ def reach(q: np.ndarray, arm: Arm) -> tuple[np.ndarray, np.ndarray]:
         turned = cos[i] * turned + sin[i] * (arm.turns[i] @ turned)  # eqs (1) and (2)
         if i in arm.forms:
             tip += (arm.forms[i] @ turned * turned).sum(axis=1)  # eq. (3)
-    return tip.reshape(3, *q.shape[:-1]), turned.reshape(4, *q.shape[:-1])
+    return tip.reshape(3, *joints.shape[1:]), turned.reshape(4, *joints.shape[1:])
+
+
+def components_first(array: np.ndarray) -> np.ndarray:
+    """Return (..., k) as (k, ...), each component in one piece of memory: numpy is fastest on that."""
+    return np.ascontiguousarray(np.moveaxis(array, -1, 0))
 
 
 def configurations(name: str, q: np.ndarray) -> np.ndarray:

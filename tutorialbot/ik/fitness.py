@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from tutorialbot.errors import InvalidType, finite_array, finite_number, one_of
-from tutorialbot.ik.arm7 import ARM, LIMITS, Arm, configurations, forward_kinematics_scalar, reach
+from tutorialbot.ik.arm7 import ARM, LIMITS, Arm, components_first, configurations, forward_kinematics_scalar, reach
 from tutorialbot.ik.tilts import READINGS, Reading, turned_by
 
 NEAR_POSITION, NEAR_TILT = 1e-3, 1e-2  # converged: every component below [m], [rad]
@@ -51,10 +51,11 @@ def objective(
     size = _absolute if norm == "L1" else _length
 
     def value(q: np.ndarray) -> np.ndarray:
-        tip, turned = reach(q, arm)
+        joints = components_first(q)
+        tip, turned = reach(joints, arm)
         tilted = read.error(read.tilt(turned), _beside(wanted_tilt, q))
         total = size(tip - _beside(wanted_tip, q)) + weight * size(tilted)
-        total[~arm.within(q)] += penalty
+        total[~arm.holds(joints)] += penalty
         return total
 
     return value
@@ -149,7 +150,7 @@ def _pitch_first_target(tilt: np.ndarray, read: Reading) -> np.ndarray:
 
 def task_error(q: np.ndarray, position: np.ndarray, tilt: np.ndarray, arm: Arm) -> np.ndarray:
     """Return reached minus asked (..., 6): position [m], then tilt [rad], pitch-first."""
-    tip, turned = reach(q, arm)
+    tip, turned = reach(components_first(q), arm)
     found = READINGS["pitch-first"].tilt(turned)
     return np.concatenate([np.moveaxis(tip, 0, -1) - position, turned_by(np.moveaxis(found, 0, -1) - tilt)], axis=-1)
 

@@ -35,9 +35,10 @@ def generations(
 
 def draw(rngs: Generators, *shape: int) -> np.ndarray:
     """Return uniform numbers in [0, 1), (problems, *shape), each problem's from its own generator."""
-    if len(rngs) == 1:
-        return rngs[0].random((1, *shape))
-    return np.stack([rng.random(shape) for rng in rngs])
+    numbers = np.empty((len(rngs), *shape))
+    for rng, its in zip(rngs, numbers, strict=True):
+        rng.random(out=its)
+    return numbers
 
 
 def draw_index(rngs: Generators, below: int, *shape: int) -> np.ndarray:

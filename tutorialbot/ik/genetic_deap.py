@@ -31,15 +31,19 @@ class Individual(list):
 
 
 def clone(individual: Individual) -> Individual:
-    """Return a copy; much cheaper than `copy.deepcopy`, which DEAP takes by default."""
-    copy = Individual(individual)
+    """Return a copy; much cheaper than `copy.deepcopy`, which DEAP takes by default, or than to make a new one."""
+    copy = Individual.__new__(Individual)
+    copy.extend(individual)
+    copy.fitness = Smallest.__new__(Smallest)
     copy.fitness.wvalues = individual.fitness.wvalues
     return copy
 
 
 def difference(individual: Individual, population: list, factor: float) -> tuple[Individual]:
     """Add to all genes a share of what two random members of the population differ by."""
-    b, c = random.sample(population, 2)
+    n = len(population)
+    i = int(n * random.random())
+    b, c = population[i], population[(i + 1 + int((n - 1) * random.random())) % n]
     individual[:] = [x + factor * (p - q) for x, p, q in zip(individual, b, c, strict=True)]
     return (individual,)
 
@@ -106,9 +110,10 @@ def evaluate(individuals: list, toolbox: base.Toolbox) -> int:
 def generations(
     toolbox: base.Toolbox, start: np.ndarray, rng: np.random.Generator, preset: Preset
 ) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
-    """Yield the population (n, 7), its fitness (n,) and evaluations so far for each generation, `start` (n, 7) first.
+    """Yield the sorted population (n, 7), its fitness (n,) and evaluations so far for each generation, the first too.
 
-    DEAP draws from Python's global generator: while a generation is made, that one is ours, seeded from `rng`.
+    start (n, 7): the first population. DEAP draws from Python's global generator: while a generation is made, that one
+    is ours, seeded from `rng`.
     """
     stream = random.Random(int(rng.integers(2**62)))
     population = [Individual(genes) for genes in start.tolist()]
@@ -128,4 +133,5 @@ def generations(
 
 
 def _arrays(population: list) -> tuple[np.ndarray, np.ndarray]:
+    population = tools.selBest(population, len(population))
     return np.array(population), np.array([individual.fitness.values[0] for individual in population])

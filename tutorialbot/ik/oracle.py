@@ -13,13 +13,14 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from tutorialbot.errors import InvalidValue, whole_number
+from tutorialbot.errors import InvalidValue, finite_array, whole_number
 from tutorialbot.ik.arm7 import ARM, Arm
 from tutorialbot.ik.fitness import GeneticSolution, as_arm, solution, target, task_error, task_jacobian
 from tutorialbot.seeding import make_rng
 
 SWIVELS = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
 LIFTS = 0.005 * np.arange(61)  # how far the target may be moved along z [m]
+HALVINGS, FINER = 16, 4  # of a step of LIFTS; how many SWIVELS about the last one are looked at more finely
 STARTS = 24  # of SLSQP
 EXACT = 1e-9  # a residual that nothing can better
 
@@ -31,21 +32,29 @@ def optimum(position: np.ndarray, tilt: np.ndarray, *, arm: Arm = ARM) -> Geneti
     ever found by other means, but it is no proof. Raises InvalidType or InvalidValue.
     """
     position, tilt = target(position, tilt)
-    begun = [found[0] for found in [_lifted(position, tilt, as_arm(arm))] if found is not None]
-    best = _least(begun, position, tilt, arm)
-    if best is None or np.abs(task_error(best, position, tilt, arm)).sum() > EXACT:
-        starts = [*begun, *make_rng(0).uniform(arm.lower, arm.upper, (STARTS, 7))]
-        best = _least([best, *(least_slack(q, position, tilt, arm) for q in starts)], position, tilt, arm)
-    return solution(best, position, tilt, arm=arm)
+    closed = lifted(position, tilt, as_arm(arm)) if is_usual(arm) else None
+    if closed is not None and closed[1] == 0.0:
+        return solution(closed[0], position, tilt, arm=arm)
+    found = [] if closed is None else [closed[0]]
+    for start in [*found, *make_rng(0).uniform(arm.lower, arm.upper, (STARTS, 7))]:
+        found.append(least_slack(start, position, tilt, arm)[0])
+        if residual(found[-1], position, tilt, arm) < EXACT:
+            break
+    return solution(min(found, key=lambda q: residual(q, position, tilt, arm)), position, tilt, arm=arm)
 
 
-def _least(candidates: list, position: np.ndarray, tilt: np.ndarray, arm: Arm) -> np.ndarray | None:
-    candidates = [q for q in candidates if q is not None]
-    return min(candidates, key=lambda q: np.abs(task_error(q, position, tilt, arm)).sum(), default=None)
+def residual(q: np.ndarray, position: np.ndarray, tilt: np.ndarray, arm: Arm) -> float:
+    """Return eq. (5), L1 and pitch-first, without penalty."""
+    return float(np.abs(task_error(q, position, tilt, arm)).sum())
 
 
-def least_slack(q: np.ndarray, position: np.ndarray, tilt: np.ndarray, arm: Arm, iterations: int = 150) -> np.ndarray:
-    """Return where SLSQP ends (7,) from q (7,): least sum of slacks s (6,) with -s <= error(q) <= s, within limits."""
+def least_slack(
+    q: np.ndarray, position: np.ndarray, tilt: np.ndarray, arm: Arm, iterations: int = 150
+) -> tuple[np.ndarray, int]:
+    """Return where SLSQP ends (7,) from q (7,), and how often it asked for the error (14 times for a derivative).
+
+    It minimises the sum of slacks s (6,) with -s <= error(q) <= s, within the limits.
+    """
     eye = np.eye(6)
     q = np.clip(q, arm.lower, arm.upper)
     slack = np.abs(task_error(q, position, tilt, arm))
@@ -67,21 +76,25 @@ def least_slack(q: np.ndarray, position: np.ndarray, tilt: np.ndarray, arm: Arm,
             constraints={"type": "ineq", "fun": room, "jac": slope},
             options={"maxiter": whole_number("iterations", iterations, 1), "ftol": 1e-12},
         )  # fmt: skip
-    return np.clip(found.x[:7], arm.lower, arm.upper) if np.isfinite(found.x).all() else q
+    end = found.x[:7] if np.isfinite(found.x).all() else q
+    return np.clip(end, arm.lower, arm.upper), int(found.nfev + 14 * found.njev)
 
 
 def swivel_family(
-    position: np.ndarray, tilt: np.ndarray, *, swivels: np.ndarray = SWIVELS, arm: Arm = ARM
+    positions: np.ndarray, tilts: np.ndarray, *, swivels: np.ndarray = SWIVELS, arm: Arm = ARM
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return all configurations (n, swivels, 4, 7) [rad] that hold the targets exactly, limits left aside, and the room
+    """Return the configurations (n, swivels, 4, 7) [rad] that hold the targets exactly, limits left aside, and the room
     (n, swivels, 4) [rad] that each leaves to the nearest limit; negative room is a limit broken.
 
     positions (n, 3), tilts (n, 3); four: shoulder and wrist each in two ways. A target farther than the arm is long has
     no solution: NaN and -inf. Raises InvalidValue for an arm that is not built like the default one.
     """
-    built_as_usual(arm)
-    hand = Rotation.from_euler("YXZ", tilt[:, [1, 0, 2]])
-    wrist = position - hand.apply(arm.offsets[7].copy()) - arm.offsets[0]  # from the shoulder
+    if not is_usual(as_arm(arm)):
+        raise InvalidValue("arm", arm, "axes that meet in shoulder and wrist as in the default arm, for a closed form")
+    positions = finite_array("positions", positions, (-1, 3))
+    tilts, swivels = finite_array("tilts", tilts, positions.shape), finite_array("swivels", swivels, (-1,))
+    hand = Rotation.from_euler("YXZ", tilts[:, [1, 0, 2]])
+    wrist = positions - hand.apply(arm.offsets[7].copy()) - arm.offsets[0]  # from the shoulder
     distance = np.linalg.norm(wrist, axis=1)
     a, b = -arm.offsets[3, 2], -arm.offsets[4, 2]
     with np.errstate(invalid="ignore"):
@@ -92,7 +105,7 @@ def swivel_family(
     along = np.where(reached[:, None], wrist / np.maximum(distance, 1e-9)[:, None], [0.0, 0.0, -1.0])
     upright = _aligned(at_rest, along)
 
-    n, m = len(position), len(swivels)
+    n, m = len(positions), len(swivels)
     turn = Rotation.from_rotvec((swivels[None, :, None] * along[:, None]).reshape(-1, 3))
     shoulder = turn * upright[np.repeat(np.arange(n), m)]
     bent = Rotation.from_euler("Y", np.repeat(elbow, m)[:, None])
@@ -111,11 +124,10 @@ def swivel_family(
     return found, room
 
 
-def built_as_usual(arm: Arm) -> None:
-    """Raise InvalidValue unless `arm` has the default axes, one shoulder, one wrist, and straight links."""
-    straight = [*arm.offsets[[1, 2, 5, 6]].ravel(), *arm.offsets[3:5, :2].ravel()]
-    if np.abs(arm.axes - ARM.axes).max() > 0 or np.any(straight) or (arm.offsets[3:5, 2] >= 0).any():
-        raise InvalidValue("arm", arm, "axes that meet in shoulder and wrist as in the default arm, for a closed form")
+def is_usual(arm: Arm) -> bool:
+    """Whether `arm` has the default axes, one shoulder, one wrist, and straight links: it has a closed form then."""
+    zero = [*arm.offsets[[1, 2, 5, 6]].ravel(), *arm.offsets[3:5, :2].ravel(), *(arm.axes - ARM.axes).ravel()]
+    return not np.any(zero) and bool((arm.offsets[3:5, 2] < 0.0).all())
 
 
 def _aligned(vectors: np.ndarray, directions: np.ndarray) -> Rotation:
@@ -138,19 +150,34 @@ def _within_a_turn(q: np.ndarray, arm: Arm) -> np.ndarray:
     return q - 2.0 * np.pi * np.rint((q - middle) / (2.0 * np.pi))
 
 
-def _lifted(position: np.ndarray, tilt: np.ndarray, arm: Arm) -> tuple[np.ndarray, float] | None:
+def lifted(position: np.ndarray, tilt: np.ndarray, arm: Arm) -> tuple[np.ndarray, float] | None:
     """Return the configuration (7,) with exact x, y and tilt and the smallest error in z, and that error [m].
 
-    To the grid of LIFTS and SWIVELS; of several the one with most room to its limits. None when there is none.
+    Found on the grid of LIFTS and SWIVELS, then by halving the last step of LIFTS, with ever finer swivels about the
+    last one. Of several configurations the one with most room to its limits. None when there is none.
     """
-    try:
-        built_as_usual(arm)
-    except InvalidValue:
+    found = next(filter(None, (_most_room(position, tilt, (lift, -lift), SWIVELS, arm) for lift in LIFTS)), None)
+    if found is None or found[1] == 0.0:
+        return found and found[:2]
+    q, lift, swivel = found
+    refused, width = np.sign(lift) * (abs(lift) - LIFTS[1]), SWIVELS[FINER]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (lift + refused)
+        tried = _most_room(position, tilt, (middle,), swivel + width * np.linspace(-1.0, 1.0, len(SWIVELS)), arm)
+        if tried is None:
+            refused = middle
+        else:
+            q, lift, swivel = tried
+    return q, lift
+
+
+def _most_room(
+    position: np.ndarray, tilt: np.ndarray, lifts: tuple[float, ...], swivels: np.ndarray, arm: Arm
+) -> tuple[np.ndarray, float, float] | None:
+    """Return the configuration within the limits that has most room, its lift and its swivel; None when none has."""
+    shifts = np.array([[0.0, 0.0, lift] for lift in lifts])
+    q, room = swivel_family(position + shifts, np.tile(tilt, (len(shifts), 1)), swivels=swivels, arm=arm)
+    if room.max() < 0.0:
         return None
-    for lift in LIFTS:
-        shifts = np.array([[0.0, 0.0, lift], [0.0, 0.0, -lift]])[: 2 if lift else 1]
-        q, room = swivel_family(position + shifts, np.broadcast_to(tilt, shifts.shape), arm=arm)
-        if room.max() >= 0.0:
-            side, swivel, branch = np.unravel_index(room.argmax(), room.shape)
-            return q[side, swivel, branch], float(shifts[side, 2])
-    return None
+    side, swivel, branch = np.unravel_index(room.argmax(), room.shape)
+    return q[side, swivel, branch], float(lifts[side]), float(swivels[swivel])
