@@ -55,8 +55,7 @@ def objective(
         tip, turned = reach(joints, arm)
         tilted = read.error(read.tilt(turned), _beside(wanted_tilt, q))
         total = size(tip - _beside(wanted_tip, q)) + weight * size(tilted)
-        total[~arm.holds(joints)] += penalty
-        return total
+        return total + penalty * ~arm.holds(joints)
 
     return value
 
