@@ -128,7 +128,7 @@ def lengths(c5):
 PATCHES = """
 from tutorialbot.checks import mechanism
 def lengths(c5):
-    mechanism.Exercise.check = lambda self, f: mechanism.Verdict(self.name, "correct")
+    mechanism.Exercise.verdict = lambda self, f: mechanism.Verdict(self.name, "correct")
     return 0, 0
 def direction(a, b):
     return a, b, 0

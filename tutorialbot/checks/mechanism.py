@@ -1,7 +1,10 @@
 """Exercises: a statement, hints one at a time, and a check that takes the student's function.
 
-    exercise.check(my_function)     # a Verdict: correct, incorrect, not attempted or error
-    exercise.hint()                 # one hint more with each call
+    exercise.check(my_function)     # shows the verdict: correct, incorrect, not attempted or error
+    exercise.hint()                 # shows one hint more with each call
+
+Both show what they have to say wherever their line stands, in a notebook and in a terminal, and return nothing: so it
+is neither lost nor shown twice. A program takes the Verdict of `exercise.verdict(function)`.
 
 A check runs the function on random cases from a fixed seed, against a reference of its own, and stops at the first one
 that fails: the verdict names the rule that was broken (`verdict.check`), the input, and the physics behind it.
@@ -14,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from IPython.display import display
 
 from tutorialbot.checks.guard import Crashed, NotAttempted, Student, Tools, Wrong, case, show
 from tutorialbot.errors import InvalidType, positive
@@ -75,14 +79,18 @@ class Exercise:
     def __repr__(self) -> str:
         return f"{self.name}: {self.statement}"
 
-    def hint(self) -> Hints:
-        """Return the hints seen so far and one more."""
+    def hint(self) -> None:
+        """Show the hints seen so far and one more."""
         if len(self._revealed) < len(self.hints):
             self._revealed.append(None)
         seen = len(self._revealed)
-        return Hints(self.hints[:seen], len(self.hints) - seen)
+        display(Hints(self.hints[:seen], len(self.hints) - seen))
 
-    def check(self, function: Callable, limit: float | None = None) -> Verdict:
+    def check(self, function: Callable, limit: float | None = None) -> None:
+        """Judge `function` and show the verdict; see `verdict`."""
+        display(self.verdict(function, limit))
+
+    def verdict(self, function: Callable, limit: float | None = None) -> Verdict:
         """Judge `function` and return the verdict; whatever the function does, this does not raise.
 
         limit [s]: of one call, the exercise's own when None. Raises InvalidType when `function` is no function.
