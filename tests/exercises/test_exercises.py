@@ -74,6 +74,15 @@ def test_a_verdict_is_the_same_each_time_and_names_input_and_reason():
     assert "<script" not in mechanism.Verdict("x", "error", "", "<script>")._repr_html_()
 
 
+def test_what_is_no_number_comes_with_the_reason_too():
+    def lost_at_a_pole(v):
+        return np.nan if v[0] == v[1] == 0 else np.arctan2(v[1], v[0]) / np.pi, v[2] / np.linalg.norm(v)
+
+    verdict = EXERCISES["two_numbers"].verdict(lost_at_a_pole)
+    assert verdict.check == "finite numbers"
+    assert "every azimuth is right" in verdict.message and "for the input ([0., 0., 1.])" in verdict.message
+
+
 def test_hints_come_one_at_a_time(capsys):
     exercise = mechanism.Exercise("x", "y", ("first", "second"), lambda student: None)
     shown = ["Hint 1: first\n(1 more)\n"] + 2 * ["Hint 1: first\nHint 2: second\n(that was the last one)\n"]

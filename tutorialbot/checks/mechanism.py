@@ -129,8 +129,11 @@ def untouched() -> None:
 
 
 # --- what judges need -------------------------------------------------------------------------------------------------
-def numbers(answer: Any, shape: tuple[int, ...], inputs: tuple) -> np.ndarray:
-    """Return the answer as a float array of `shape`; raises Wrong by "shape of the answer" or "finite numbers"."""
+def numbers(answer: Any, shape: tuple[int, ...], inputs: tuple, reason: str = "") -> np.ndarray:
+    """Return the answer as a float array of `shape`; raises Wrong by "shape of the answer" or "finite numbers".
+
+    `reason` says what the finite numbers would be.
+    """
     wanted = "one number" if shape == () else f"{' x '.join(map(str, shape))} numbers"
     try:
         array = np.array(answer, dtype=float)
@@ -139,7 +142,7 @@ def numbers(answer: Any, shape: tuple[int, ...], inputs: tuple) -> np.ndarray:
     if array.shape != shape or isinstance(answer, str):
         raise Wrong("shape of the answer", f"the answer has the shape {array.shape}, expected {wanted}{case(inputs)}")
     if not np.isfinite(array).all():
-        raise Wrong("finite numbers", f"the answer is {show(array)}{case(inputs)}")
+        raise Wrong("finite numbers", f"the answer is {show(array)}. {reason}".rstrip() + case(inputs))
     return array
 
 
@@ -163,3 +166,13 @@ def agree(
     expected = np.asarray(expected, dtype=float)
     if np.abs(answer - expected).max(initial=0.0) > tolerance:
         raise Wrong(check, f"{reason}\nyours {show(np.asarray(answer))}, expected {show(expected)}{case(inputs)}")
+
+
+def expect(student: Student, check: str, inputs: tuple, expected: Any, reason: str, tolerance: float = 1e-6) -> None:
+    """Ask for the answer to `inputs`; raises Wrong by `check` when it is not the `expected` pose, number or array."""
+    answer = student(*inputs)
+    if isinstance(expected, pin.SE3):
+        answer, expected = pose(answer, inputs).homogeneous, expected.homogeneous
+    else:
+        answer = numbers(answer, np.shape(expected), inputs, reason)
+    agree(check, answer, expected, inputs, reason, tolerance)
