@@ -6,6 +6,7 @@ import re
 import nbformat
 import pytest
 
+from tests import marking
 from tests.exercises import solutions
 from tutorialbot.checks import door
 from tutorialbot.paths import NOTEBOOKS
@@ -60,3 +61,26 @@ def test_no_solution_stands_in_the_notebook(cells):
     for name in NAMES:
         body = inspect.getsource(getattr(solutions, name)).partition("\n")[2]
         assert body not in text
+
+
+def taught_names(cells):
+    """Return the global names that the cells of the sections, all but the exercises, define or read."""
+    found = [statement for statement, _ in marking.statements([cell for cell in cells if "exercises" not in cell])]
+    return set().union(*map(marking.bound, found), *map(marking.used, found))
+
+
+def test_no_exercise_takes_a_name_of_the_sections(cells):
+    """Else a section that is run again after the exercises would call the student's function."""
+    taught = taught_names(cells)
+    assert {"lever_arc", "SEED", "np"} <= taught
+    assert taught & set(NAMES) == set()
+
+
+def test_a_name_that_is_taken_is_seen():
+    sections = [
+        "def distance(a):\n    return a",
+        "for cost in (1, 2):\n    print(later)",
+        "use = lambda goal: goal + far",
+    ]
+    taught = taught_names([*sections, "def lengths(c5): ...\n\n\nexercises.lengths.check(lengths)"])
+    assert taught == {"distance", "cost", "print", "later", "use", "far"}
