@@ -101,7 +101,7 @@ def mark_one(path: Path, names: list[str], channel: int, memory: float) -> None:
         line = {"exercise": exercise, "outcome": outcome, "check": check, "message": message[:KEPT]}
         os.write(channel, json.dumps(line).encode() + b"\n")
 
-    check = Exercise.check
+    judge = Exercise.verdict
     exercises = {exercise.name: exercise for exercise in door.EXERCISES}
     limits = {resource.RLIMIT_AS: int(memory * 1e9), resource.RLIMIT_FSIZE: LARGEST, resource.RLIMIT_CORE: 0}
     for kind, size in limits.items():
@@ -124,7 +124,7 @@ def mark_one(path: Path, names: list[str], channel: int, memory: float) -> None:
         if not callable(function):
             tell(name, "not attempted", "", f"There is no function called {name}.")
             continue
-        verdict = check(exercises[name], function)
+        verdict = judge(exercises[name], function)
         sys.stdout.flush()
         tell(name, verdict.outcome, verdict.check, verdict.message)
 

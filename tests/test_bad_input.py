@@ -30,6 +30,8 @@ def refused(argument):
     [
         ("reject_above", float("nan")),
         ("reject_above", "x"),
+        ("ceiling", float("nan")),
+        ("ceiling", None),
         ("patience", -5),
         ("make", None),
         ("cost", None),

@@ -20,7 +20,7 @@ from tutorialbot.runs import Journal, progress
 from tutorialbot.scene.door import Door
 from tutorialbot.seeding import make_rng
 
-FIRST_SEED = 9500  # presets were tuned on seeds below 200
+FIRST_SEED = 20_000  # presets were tuned on seeds below 200, and an earlier version measured on 9500 to 9599
 ROW = ("preset", "trials", "stiffness", "noise", "spindle_radius")  # what tells one row of the study from another
 AJAR = np.deg2rad(2.0)  # beyond this hinge angle a section counts as pulling the door
 
@@ -46,8 +46,8 @@ class Case:
 def study_cases(seeds: int) -> list[Case]:
     """Return the rows, the most important first; the later ones have fewer seeds, always the same first ones.
 
-    Our variant; the paper read literally; the peers; the control without a surrogate; smaller budgets, where a
-    surrogate should pay; a stiffer arm, a noisy sensor, a wider door; the literal reading's other acquisitions.
+    Our variant; the paper read literally; the control without a surrogate; a surrogate that sees the penalties as
+    cliffs; the peers; smaller budgets; a stiffer arm, a noisy sensor, a wider door; the literal reading's others.
     """
     many, few, least = (max(1, round(share * seeds)) for share in (0.6, 0.2, 0.1))
     ours, control = "improved", "improved, random"
@@ -55,6 +55,7 @@ def study_cases(seeds: int) -> list[Case]:
         Case(ours, seeds),
         Case("paper", few),
         Case(control, many),
+        Case("improved, cliffs", many),
         *(
             Case(preset, few)
             for preset in ("improved, skopt", "improved, cmaes", "improved, optuna", "improved, going on")

@@ -1,5 +1,6 @@
 """Random numbers: one way in, so that the same seed gives the same result."""
 
+import random
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -22,3 +23,18 @@ def numpy_global(rng: np.random.Generator) -> Iterator[None]:
         yield
     finally:
         np.random.set_state(before)  # noqa: NPY002
+
+
+@contextmanager
+def python_global(stream: random.Random) -> Iterator[None]:
+    """Let Python's global generator go on from `stream` inside the block, which moves on; put it back afterwards.
+
+    DEAP's operators draw from it.
+    """
+    before = random.getstate()
+    random.setstate(stream.getstate())
+    try:
+        yield
+    finally:
+        stream.setstate(random.getstate())
+        random.setstate(before)

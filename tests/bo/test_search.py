@@ -12,6 +12,7 @@ import pytest
 
 from tutorialbot import paths
 from tutorialbot.bo.objective import DoorTask, execute
+from tutorialbot.bo.optimizers import RandomSearch
 from tutorialbot.bo.presets import PRESETS, Preset
 from tutorialbot.bo.search import open_door, search
 from tutorialbot.scene.door import Door
@@ -104,10 +105,12 @@ def test_an_interrupt_loses_nothing_and_the_same_call_goes_on(monkeypatch):
 
 def test_another_call_does_not_take_the_journal(monkeypatch):
     monkeypatch.setattr(DoorTask, "commit", lambda self, c: (_ for _ in ()).throw(KeyboardInterrupt))
-    for seed, door in ((6, Door()), (7, Door()), (6, Door(mass=13.0))):
+    paper = PRESETS["paper"]
+    calls = ((6, Door(), paper), (7, Door(), paper), (6, Door(mass=13.0), paper), (6, Door(), replace(paper, patience=1)))
+    for seed, door, preset in calls:
         with pytest.raises(KeyboardInterrupt):
-            open_door(door, seed=seed, preset="paper", trials_per_section=3)
-    assert len(list((paths.results() / "door").glob("*.jsonl"))) == 3
+            open_door(door, seed=seed, preset=preset, trials_per_section=3)
+    assert len(list((paths.results() / "door").glob("*.jsonl"))) == len(calls)
 
 
 @pytest.mark.full
@@ -218,3 +221,19 @@ def test_a_dead_end_is_taken_back():
 
 def _first_move_only(time, start, settled, path):
     return -1.0 if path.sections_done % 2 == 0 else 1.0
+
+
+@pytest.mark.parametrize("ceiling", [0.0, np.inf])
+def test_the_optimiser_is_told_no_cost_above_the_ceiling(ceiling):
+    """And the trials themselves keep what they cost."""
+    told = []
+
+    class Listener(RandomSearch):
+        def tell(self, c, cost, seconds):
+            told.append(cost)
+            super().tell(c, cost, seconds)
+
+    run = open_door(Door(), seed=1, preset=replace(PRESETS["improved"], make=Listener, ceiling=ceiling), **SMALL)
+    costs = [trial.cost for section in run.sections for trial in section.trials]
+    assert max(costs) > 1.0
+    assert told == [min(cost, ceiling) for cost in costs]

@@ -24,6 +24,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from urllib.parse import urlsplit
 
+from tutorialbot.doctor import find_chromium
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 CHROMIUM_FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SETTINGS = {
@@ -35,12 +37,6 @@ CELLS_SCRIPT = """() => window.jupyterapp.shell.currentWidget.content.widgets.ma
     index, kind: cell.model.type, source: cell.model.sharedModel.getSource(),
     count: cell.model.executionCount ?? null, state: cell.model.executionState ?? null,
     outputs: cell.model.outputs ? cell.model.outputs.toJSON() : []}))"""
-
-
-def find_chromium() -> str | None:
-    """Return the path of a Chromium-like browser of this machine, or None."""
-    names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-    return next((path for path in map(shutil.which, names) if path), None)
 
 
 class Lab:

@@ -11,9 +11,10 @@ import nbformat
 import numpy as np
 import psutil
 import pytest
-from lab import CHROMIUM_FLAGS, REPOSITORY, Lab, find_chromium
+from lab import CHROMIUM_FLAGS, REPOSITORY, Lab
 from PIL import Image
 
+from tutorialbot.doctor import find_chromium
 from tutorialbot.viewers import MujocoView, play
 
 pytestmark = [

@@ -13,12 +13,9 @@ def lengths(c5):
     return (1 - share) * 0.15, share * np.pi
 
 
-def direction(a, b):
-    # Lambert's azimuthal projection turned round: not the package's own cylinder, and as good.
-    radius, angle = np.sqrt((b + 1) / 2), np.pi * a
-    z = 1 - 2 * radius**2
-    ring = 2 * radius * np.sqrt(1 - radius**2)
-    return np.array([ring * np.cos(angle), ring * np.sin(angle), z])
+def two_numbers(v):
+    x, y, z = v / np.linalg.norm(v)
+    return np.arctan2(y, x) / np.pi, z
 
 
 def goal(start, c, frame):
@@ -46,29 +43,33 @@ def time_to_collision(times, wrench, up, weight, center, limits):
     return times[np.argmax(beyond)] if beyond.any() else times[-1]
 
 
-def cost(time, start, settled, first, sections_done):
-    nearer = so4_distance(first, settled) < so4_distance(first, start)
-    return -time + (5 if nearer and sections_done > 0 else 0)
+def mended_cost(t_c, settled, path):
+    new = min(so4_distance(pose, settled) for pose in path)
+    *before, after = (np.linalg.norm(pose.translation - path[0].translation) for pose in [*path, settled])
+    return -t_c + 5 if new < 0.1 or max(before) - after > 0.06 else -t_c - 10 * new
 
 
-def distance(a, b):
-    step = a.actInv(b)
-    d = step.translation
-    length = np.linalg.norm(d)
-    half = np.arctan(length / 0.1) / 2
-    axis = d / length if length > 0 else d
-    q = pin.Quaternion(step.rotation)
-    forth = pin.Quaternion(np.cos(half), *(np.sin(half) * axis))
-    both = np.concatenate([(forth * q).coeffs(), (forth.conjugate() * q).coeffs()])
-    rest = np.array([0, 0, 0, 1, 0, 0, 0, 1])
-    return min(np.linalg.norm(both - rest), np.linalg.norm(both + rest))
+def distance_seen_from(frame, a, b):
+    def eight(pose):
+        seen = frame.actInv(pose)
+        length = np.linalg.norm(seen.translation)
+        half = np.arctan(length / 0.1) / 2
+        axis = seen.translation / length if length > 0 else np.zeros(3)
+        forth, q = pin.Quaternion(np.cos(half), *(np.sin(half) * axis)), pin.Quaternion(seen.rotation)
+        return np.concatenate([(forth * q).coeffs(), (forth.conjugate() * q).coeffs()])
+
+    u, v = eight(a), eight(b)
+    return min(np.linalg.norm(u - v), np.linalg.norm(u + v))
 
 
-def caster(twist, steer, x, y, offset, radius):
-    vx, vy, w = twist
-    u = np.array([vx - w * y, vy + w * x])
-    h, n = np.array([np.cos(steer), np.sin(steer)]), np.array([-np.sin(steer), np.cos(steer)])
-    return n @ u / offset - w, h @ u / radius
+def base_twist(steer, turning, rolling, x, y, offset, radius):
+    c, s = np.cos(steer), np.sin(steer)
+    along = np.column_stack([c, s, x * s - y * c])
+    across = np.column_stack([-s, c, y * s + x * c - offset])
+    equations = np.vstack([along, across])
+    measured = np.concatenate([radius * rolling, offset * turning])
+    twist = np.linalg.lstsq(equations, measured)[0]
+    return *twist, np.linalg.norm(equations @ twist - measured)
 
 
 def find_direction(evaluate, budget, rng):

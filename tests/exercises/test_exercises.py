@@ -25,7 +25,7 @@ def tools(monkeypatch):
 
 @pytest.mark.parametrize("name", EXERCISES)
 def test_the_solution_is_correct(name):
-    verdict = EXERCISES[name].check(getattr(solutions, name))
+    verdict = EXERCISES[name].verdict(getattr(solutions, name))
     assert (verdict.outcome, verdict.check, verdict.message) == ("correct", "", "")
 
 
@@ -34,14 +34,14 @@ def test_the_stub_is_not_attempted(name):
     def stub(*_):
         raise NotImplementedError
 
-    assert EXERCISES[name].check(stub).outcome == "not attempted"
+    assert EXERCISES[name].verdict(stub).outcome == "not attempted"
 
 
 @pytest.mark.parametrize(("function", "name", "check", "outcome"), WRONG, ids=[f.__name__ for f, *_ in WRONG])
 def test_the_wrong_answer_is_rejected_by_its_check(function, name, check, outcome, tools, capsys, monkeypatch):
     monkeypatch.setattr(door_motion, "BUDGET", 100)  # nobody here needs more
     monkeypatch.setattr(mechanism, "_tools", [guard.Tools()])
-    verdict = EXERCISES[name].check(function, limit=0.5 if check == "time limit" else None)
+    verdict = EXERCISES[name].verdict(function, limit=0.5 if check == "time limit" else None)
     assert (verdict.outcome, verdict.check) == (outcome, check)
     assert verdict.message
     assert len(capsys.readouterr().out) < 3_000
@@ -65,7 +65,7 @@ def test_no_solution_is_in_the_package():
 
 
 def test_a_verdict_is_the_same_each_time_and_names_input_and_reason():
-    answers = [EXERCISES["lengths"].check(lambda c5: (0.15 * (1 - c5) / 2, 90 * (1 + c5))) for _ in range(2)]
+    answers = [EXERCISES["lengths"].verdict(lambda c5: (0.15 * (1 - c5) / 2, 90 * (1 + c5))) for _ in range(2)]
     assert repr(answers[0]) == repr(answers[1])
     assert "radians" in answers[0].message
     assert "expected [0.    , 3.1416]" in answers[0].message
@@ -74,17 +74,28 @@ def test_a_verdict_is_the_same_each_time_and_names_input_and_reason():
     assert "<script" not in mechanism.Verdict("x", "error", "", "<script>")._repr_html_()
 
 
-def test_hints_come_one_at_a_time():
+def test_what_is_no_number_comes_with_the_reason_too():
+    def lost_at_a_pole(v):
+        return np.nan if v[0] == v[1] == 0 else np.arctan2(v[1], v[0]) / np.pi, v[2] / np.linalg.norm(v)
+
+    verdict = EXERCISES["two_numbers"].verdict(lost_at_a_pole)
+    assert verdict.check == "finite numbers"
+    assert "every azimuth is right" in verdict.message and "for the input ([0., 0., 1.])" in verdict.message
+
+
+def test_hints_come_one_at_a_time(capsys):
     exercise = mechanism.Exercise("x", "y", ("first", "second"), lambda student: None)
-    assert "first" in repr(exercise.hint()) and exercise.hint().left == 0
-    assert repr(exercise.hint()) == "Hint 1: first\nHint 2: second\n(that was the last one)"
+    shown = ["Hint 1: first\n(1 more)\n"] + 2 * ["Hint 1: first\nHint 2: second\n(that was the last one)\n"]
+    for text in shown:
+        exercise.hint()
+        assert capsys.readouterr().out == text
 
 
 def test_misuse_is_an_error_of_ours():
     with pytest.raises(InvalidType, match="function"):
-        EXERCISES["lengths"].check(solutions.lengths(0.5))
+        EXERCISES["lengths"].verdict(solutions.lengths(0.5))
     with pytest.raises(InvalidValue, match="limit"):
-        EXERCISES["lengths"].check(solutions.lengths, limit=0.0)
+        EXERCISES["lengths"].verdict(solutions.lengths, limit=0.0)
 
 
 def test_a_rule_that_was_softened_is_noticed(monkeypatch):
@@ -93,7 +104,7 @@ def test_a_rule_that_was_softened_is_noticed(monkeypatch):
         monkeypatch.setattr(door_physics, "SLACK", 1e9)
         return robot.kept
 
-    verdict = EXERCISES["open_the_door"].check(softened)
+    verdict = EXERCISES["open_the_door"].verdict(softened)
     assert (verdict.outcome, verdict.check) == ("incorrect", "tools left alone")
 
 
@@ -116,7 +127,7 @@ def _raise_silent():
     ("answer", "outcome"), [(_loop, "incorrect"), (lambda: (10**400, 1), "incorrect"), (_raise_silent, "error")]
 )
 def test_no_answer_is_odd_enough_to_break_a_check(answer, outcome):
-    assert EXERCISES["lengths"].check(lambda c5: answer()).outcome == outcome
+    assert EXERCISES["lengths"].verdict(lambda c5: answer()).outcome == outcome
 
 
 def test_an_interrupt_passes_through():
@@ -124,4 +135,4 @@ def test_an_interrupt_passes_through():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        EXERCISES["lengths"].check(interrupted)
+        EXERCISES["lengths"].verdict(interrupted)

@@ -46,16 +46,17 @@ def marks(folder):
 
 def test_good_stub_and_broken_submissions_get_their_marks(tmp_path):
     heavy = "result = [sum(range(10**9)) for _ in range(10**6)]"  # nothing needs it: it never runs
-    mine = [solved("lengths"), f"%matplotlib inline\n{solved('cost')}", "exercises.lengths.check(lengths)", heavy]
-    notebook(tmp_path / "good.ipynb", *mine, "def caster(*_):\n    raise NotImplementedError", "def goal(start: broken")
+    mine = [solved("lengths"), f"%matplotlib inline\n{solved('mended_cost')}", "exercises.lengths.check(lengths)"]
+    stub = "def base_twist(*_):\n    raise NotImplementedError"
+    notebook(tmp_path / "good.ipynb", *mine, heavy, stub, "def goal(start: broken")
     (tmp_path / "broken.ipynb").write_text('{"cells": [')
     done = grade(tmp_path)
     assert done.returncode == 0, done.stderr
     rows = marks(tmp_path)
     right = {name for name in NAMES if rows["good.ipynb"][name] == "correct"}
-    assert right == {"lengths", "cost"}
+    assert right == {"lengths", "mended_cost"}
     assert rows["good.ipynb"]["correct"] == "2"
-    assert rows["good.ipynb"]["caster"] == "not attempted"
+    assert rows["good.ipynb"]["base_twist"] == "not attempted"
     assert {rows["broken.ipynb"][name] for name in NAMES} == {"error"}
     text = (tmp_path / "marks" / "good.ipynb.md").read_text()
     assert "2 of 10 exercises are correct" in text
@@ -91,10 +92,10 @@ def test_names_are_found_wherever_a_statement_binds_them(source, names):
 
 
 def test_what_is_no_verdict_is_dropped():
-    good = {"exercise": "cost", "outcome": "correct", "check": "", "message": ""}
-    assert grading._verdict(json.dumps(good).encode(), "cost") == good
+    good = {"exercise": "mended_cost", "outcome": "correct", "check": "", "message": ""}
+    assert grading._verdict(json.dumps(good).encode(), "mended_cost") == good
     for line in (b"\xff", b"[]", b"{}", b"3", b"[" * 100_000, json.dumps({**good, "outcome": "best"}).encode()):
-        assert grading._verdict(line, "cost") is None
+        assert grading._verdict(line, "mended_cost") is None
     assert grading._verdict(json.dumps(good).encode(), "goal") is None
 
 
@@ -128,10 +129,10 @@ def lengths(c5):
 PATCHES = """
 from tutorialbot.checks import mechanism
 def lengths(c5):
-    mechanism.Exercise.check = lambda self, f: mechanism.Verdict(self.name, "correct")
+    mechanism.Exercise.verdict = lambda self, f: mechanism.Verdict(self.name, "correct")
     return 0, 0
-def direction(a, b):
-    return a, b, 0
+def two_numbers(v):
+    return 0, 0
 """
 COPIES = """
 def lengths(c5):
@@ -159,7 +160,7 @@ BAD = {
     "prints.py": (PRINTS, "lengths", "little output"),
     "eats.py": (EATS, "lengths", "runs without an error"),
     "forks.py": (FORKS, "lengths", "stays alive"),
-    "patches.py": (PATCHES, "direction", "tools left alone"),
+    "patches.py": (PATCHES, "two_numbers", "tools left alone"),
     "copies.py": (COPIES, "lengths", "runs without an error"),
     "leaves.py": (LEAVES, "lengths", "stays alive"),
 }
@@ -168,7 +169,7 @@ BAD = {
 @pytest.mark.full
 def test_a_submission_that_harms_harms_no_other(tmp_path):
     for name, (source, *_) in BAD.items():
-        (tmp_path / name).write_text(source + solved("caster"))
+        (tmp_path / name).write_text(source + solved("base_twist"))
     (tmp_path / "zz_good.py").write_text(solved(*NAMES))
     done = grade(tmp_path, "--seconds", "40")
     assert done.returncode == 0, done.stderr
@@ -179,8 +180,8 @@ def test_a_submission_that_harms_harms_no_other(tmp_path):
         assert f"## {exercise}: {'incorrect' if 'left' in check else 'error'} ({check})" in text, name
         assert rows[name][exercise] != "correct"
         assert len(text) < 60_000
-    assert {rows[name]["caster"] for name in BAD} - {"correct"} <= {"incorrect", "error"}
-    assert [rows[name]["caster"] for name in ("hangs.py", "crashes.py", "prints.py", "eats.py", "forks.py")] == [
+    assert {rows[name]["base_twist"] for name in BAD} - {"correct"} <= {"incorrect", "error"}
+    assert [rows[name]["base_twist"] for name in ("hangs.py", "crashes.py", "prints.py", "eats.py", "forks.py")] == [
         "correct"
     ] * 5
 
@@ -200,7 +201,7 @@ def test_a_killed_grader_goes_on_where_it_stopped(tmp_path):
     journal = tmp_path / "marks" / "journal.jsonl"
     before = journal.read_text().splitlines()
     assert 2 <= len(before) < 4
-    (tmp_path / "s0.py").write_text(solved("lengths", "caster"))
+    (tmp_path / "s0.py").write_text(solved("lengths", "base_twist"))
     assert grade(tmp_path).returncode == 0
     after = journal.read_text().splitlines()
     assert after[: len(before)] == before

@@ -6,6 +6,7 @@ import re
 import nbformat
 import pytest
 
+from tests import marking
 from tests.exercises import solutions
 from tutorialbot.checks import door
 from tutorialbot.paths import NOTEBOOKS
@@ -30,29 +31,29 @@ def stub_and_setup(cells, name):
 
 
 def run(setup, cell):
-    """Run both cells; return the value of the last line, as the notebook would show it."""
+    """Run both cells: the verdict is printed."""
     space = {"__name__": "__main__"}
-    *lines, last = cell.strip().splitlines()
     exec(compile(setup, "setup", "exec"), space)
-    exec(compile("\n".join(lines), "exercise", "exec"), space)
-    return eval(last, space)
+    exec(compile(cell, "exercise", "exec"), space)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_untouched_stub_is_not_attempted(cells, name):
+def test_the_untouched_stub_is_not_attempted(cells, name, capsys):
     stub, setup = stub_and_setup(cells, name)
     assert "raise NotImplementedError" in stub
-    assert run(setup, stub).outcome == "not attempted"
+    run(setup, stub)
+    assert capsys.readouterr().out.startswith(f"{name}: not attempted\n")
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_solution_in_the_stubs_place_is_correct(cells, name):
+def test_the_solution_in_the_stubs_place_is_correct(cells, name, capsys):
     stub, setup = stub_and_setup(cells, name)
     wanted = re.search(rf"def {name}\((.*)\):", stub)
     assert wanted[1].split(", ") == list(inspect.signature(getattr(solutions, name)).parameters)
     head, _, tail = stub.partition(f"def {name}(")
     body = tail[tail.index(f"exercises.{name}.check") :]
-    assert run(setup, f"{head}{inspect.getsource(getattr(solutions, name))}\n\n{body}").outcome == "correct"
+    run(setup, f"{head}{inspect.getsource(getattr(solutions, name))}\n\n{body}")
+    assert capsys.readouterr().out == f"{name}: correct\n"
 
 
 def test_no_solution_stands_in_the_notebook(cells):
@@ -60,3 +61,26 @@ def test_no_solution_stands_in_the_notebook(cells):
     for name in NAMES:
         body = inspect.getsource(getattr(solutions, name)).partition("\n")[2]
         assert body not in text
+
+
+def taught_names(cells):
+    """Return the global names that the cells of the sections, all but the exercises, define or read."""
+    found = [statement for statement, _ in marking.statements([cell for cell in cells if "exercises" not in cell])]
+    return set().union(*map(marking.bound, found), *map(marking.used, found))
+
+
+def test_no_exercise_takes_a_name_of_the_sections(cells):
+    """Else a section that is run again after the exercises would call the student's function."""
+    taught = taught_names(cells)
+    assert {"lever_arc", "SEED", "np"} <= taught
+    assert taught & set(NAMES) == set()
+
+
+def test_a_name_that_is_taken_is_seen():
+    sections = [
+        "def distance(a):\n    return a",
+        "for cost in (1, 2):\n    print(later)",
+        "use = lambda goal: goal + far",
+    ]
+    taught = taught_names([*sections, "def lengths(c5): ...\n\n\nexercises.lengths.check(lengths)"])
+    assert taught == {"distance", "cost", "print", "later", "use", "far"}

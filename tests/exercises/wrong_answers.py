@@ -6,7 +6,6 @@ from contextlib import suppress
 
 import numpy as np
 import pinocchio as pin
-from scipy.spatial.transform import Rotation
 
 import tutorialbot.bo.objective
 from tests.exercises import solutions
@@ -14,7 +13,7 @@ from tests.exercises.by_heart import ideal_path
 from tutorialbot.bo.optimizers import RandomSearch, TwistSearch
 from tutorialbot.bo.space import to_sphere
 from tutorialbot.checks import mechanism
-from tutorialbot.pose import double_quaternion, interpolate, so4_distance
+from tutorialbot.pose import interpolate, so4_distance
 from tutorialbot.scene.door import Door
 from tutorialbot.trajectory import PoseTrajectory
 
@@ -61,44 +60,80 @@ def lengths_prints_and_returns_nothing(c5):
     print(c5)
 
 
-# --- 2 direction ------------------------------------------------------------------------------------------------------
-@wrong("direction", "even coverage")
-def direction_by_latitude(a, b):
-    latitude = b * np.pi / 2
-    return np.array([np.cos(latitude) * np.cos(np.pi * a), np.cos(latitude) * np.sin(np.pi * a), np.sin(latitude)])
+# --- 2 two_numbers ----------------------------------------------------------------------------------------------------
+@wrong("two_numbers", "height")
+def numbers_by_latitude(v):
+    a, b = solutions.two_numbers(v)
+    return a, np.arcsin(b) * 2 / np.pi
 
 
-@wrong("direction", "neighbours stay neighbours")
-def direction_in_degrees(a, b):
-    ring = np.sqrt(1 - b**2)
-    return np.array([ring * np.cos(180 * a), ring * np.sin(180 * a), b])
+@wrong("two_numbers", "azimuth")
+def numbers_in_radians(v):
+    return np.arctan2(v[1], v[0]), v[2] / np.linalg.norm(v)
 
 
-@wrong("direction", "even coverage")
-def direction_on_one_hemisphere(a, b):
-    ring = np.sqrt(1 - b**2)
-    return np.array([ring * np.cos(np.pi * a), ring * np.sin(np.pi * a), abs(b)])
+@wrong("two_numbers", "azimuth")
+def numbers_in_degrees(v):
+    return np.rad2deg(np.arctan2(v[1], v[0])), v[2] / np.linalg.norm(v)
 
 
-@wrong("direction", "even coverage")
-def direction_hard_coded(a, b):
-    return np.array([1.0, 0.0, 0.0])
+@wrong("two_numbers", "every quadrant")
+def numbers_without_a_quadrant(v):
+    x, y, z = v / np.linalg.norm(v)
+    return np.arctan(y / x) / np.pi, z
 
 
-@wrong("direction", "unit length")
-def direction_in_the_ball(a, b):
-    return np.array([a, b, 0.5 * (a + b)])
+@wrong("two_numbers", "every quadrant")
+def numbers_by_the_arcsine(v):
+    x, y, z = v / np.linalg.norm(v)
+    return np.arcsin(np.clip(y / np.hypot(x, y), -1, 1)) / np.pi, z
 
 
-@wrong("direction", "same answer twice")
-def direction_by_chance(a, b, rng=np.random.default_rng(0)):  # noqa: B008
-    v = rng.standard_normal(3)
-    return v / np.linalg.norm(v)
+@wrong("two_numbers", "any length")
+def numbers_without_normalising(v):
+    return np.arctan2(v[1], v[0]) / np.pi, v[2]
 
 
-@wrong("direction", "finite numbers")
-def direction_off_the_sphere(a, b):
-    return np.array([a, b, np.sqrt(np.float64(1 - a**2 - b**2))]) if a**2 + b**2 < 1 else np.full(3, np.nan)
+@wrong("two_numbers", "seam")
+def numbers_that_turn_round_at_the_seam(v):
+    x, y, z = v / np.linalg.norm(v)
+    ring = np.hypot(x, y)
+    return np.sign(y) * np.arccos(x / ring if ring > 0 else 1.0) / np.pi, z
+
+
+@wrong("two_numbers", "finite numbers")
+def numbers_without_a_pole(v):
+    x, y, z = v / np.linalg.norm(v)
+    with np.errstate(invalid="ignore"):
+        share = np.arccos(np.clip(x / np.hypot(x, y), -1, 1)) / np.pi
+    return np.copysign(share, y), z
+
+
+@wrong("two_numbers", "poles")
+def numbers_that_flee_from_the_poles(v):
+    a, b = solutions.two_numbers(v)
+    return a, np.clip(b, -0.99, 0.99)
+
+
+@wrong("two_numbers", "inside the square")
+def numbers_from_zero_to_two(v):
+    a, b = solutions.two_numbers(v)
+    return a % 2, b
+
+
+@wrong("two_numbers", "azimuth")
+def numbers_the_other_way_round(v):
+    return solutions.two_numbers(v)[::-1]
+
+
+@wrong("two_numbers", "azimuth")
+def numbers_hard_coded(v):
+    return 0.0, 0.0
+
+
+@wrong("two_numbers", "shape of the answer")
+def numbers_forth_instead_of_back(v):
+    return to_sphere(v[0], v[1])
 
 
 # --- 3 goal -----------------------------------------------------------------------------------------------------------
@@ -240,124 +275,279 @@ def collision_without_the_empty_case(times, wrench, up, weight, center, limits):
     return times[np.flatnonzero(np.linalg.norm(wrench[:, :3], axis=1) > limits[0])[0]]
 
 
-# --- 6 cost -----------------------------------------------------------------------------------------------------------
-@wrong("cost", "first section")
-def cost_with_a_penalty_from_the_start(time, start, settled, first, sections_done):
-    return solutions.cost(time, start, settled, first, 1)
+# --- 6 mended_cost ----------------------------------------------------------------------------------------------------
+def _came_back(settled, path):
+    *before, after = (np.linalg.norm(pose.translation - path[0].translation) for pose in [*path, settled])
+    return max(before) - after
 
 
-@wrong("cost", "moving away")
-def cost_off_by_one_section(time, start, settled, first, sections_done):
-    return -time + 5.0 * (sections_done >= 1)
+def _cost(t_c, new, back):
+    return -t_c + 5 if new < 0.1 or back > 0.06 else -t_c - 10 * new
 
 
-@wrong("cost", "first section")
-def cost_that_rewards_collisions(time, start, settled, first, sections_done):
-    return time + (5 if so4_distance(first, settled) < so4_distance(first, start) and sections_done else 0)
+@wrong("mended_cost", "something new")
+def cost_that_punishes_what_is_new(t_c, settled, path):
+    new = min(so4_distance(pose, settled) for pose in path)
+    return -t_c + 5 if new < 0.1 or _came_back(settled, path) > 0.06 else -t_c + 10 * new
 
 
-@wrong("cost", "coming nearer")
-def cost_that_looks_at_positions_alone(time, start, settled, first, sections_done):
-    before, after = (np.linalg.norm(p.translation - first.translation) for p in (start, settled))
-    nearer = after < before and so4_distance(first, settled) < so4_distance(first, start)
-    return -time + (5 if nearer and sections_done else 0)
+@wrong("mended_cost", "something new")
+def cost_that_rewards_collisions(t_c, settled, path):
+    return solutions.mended_cost(t_c, settled, path) + 2 * t_c
 
 
-@wrong("cost", "coming nearer")
-def cost_with_a_penalty_for_going_away(time, start, settled, first, sections_done):
-    away = so4_distance(first, settled) > so4_distance(first, start)
-    nearer = not away and sections_done > 2  # and an off-by-two
-    return -time + (5 if nearer else 0)
+@wrong("mended_cost", "something new")
+def cost_of_the_time_alone(t_c, settled, path):
+    return -t_c
 
 
-@wrong("cost", "first section")
-def cost_hard_coded(time, start, settled, first, sections_done):
-    return -4.0
+@wrong("mended_cost", "nothing new")
+def cost_with_the_penalty_alone(t_c, settled, path):
+    found = solutions.mended_cost(t_c, settled, path)
+    return 5 if found == -t_c + 5 else found
 
 
-# --- 7 distance -------------------------------------------------------------------------------------------------------
-@wrong("distance", "angle of a translation")
-def distance_that_aliases(a, b):
-    return so4_distance(a, b, angle="ratio")
+@wrong("mended_cost", "nothing new")
+def cost_without_a_threshold(t_c, settled, path):
+    new = min(so4_distance(pose, settled) for pose in path)
+    return -t_c + 5 if _came_back(settled, path) > 0.06 else -t_c - 10 * new
 
 
-@wrong("distance", "both signs")
-def distance_of_one_sign(a, b):
-    step = a.actInv(b)
-    return np.linalg.norm(double_quaternion(step) - double_quaternion(pin.SE3.Identity()))
+@wrong("mended_cost", "nothing new")
+def cost_with_penalty_and_reward(t_c, settled, path):
+    new = min(so4_distance(pose, settled) for pose in path)
+    return -t_c - 10 * new + 5 * (new < 0.1 or _came_back(settled, path) > 0.06)
 
 
-@wrong("distance", "rotation alone")
-def distance_of_positions(a, b):
-    return np.linalg.norm(a.translation - b.translation)
+@wrong("mended_cost", "anywhere on the path")
+def cost_by_the_last_pose(t_c, settled, path):
+    return _cost(t_c, so4_distance(path[-1], settled), _came_back(settled, path))
 
 
-@wrong("distance", "seen from a")
-def distance_from_the_worlds_origin(a, b):
-    u, v = double_quaternion(a), double_quaternion(b)
+@wrong("mended_cost", "anywhere on the path")
+def cost_by_the_first_pose(t_c, settled, path):
+    return _cost(t_c, so4_distance(path[0], settled), _came_back(settled, path))
+
+
+@wrong("mended_cost", "anywhere on the path")
+def cost_by_the_pose_furthest_away(t_c, settled, path):
+    return _cost(t_c, max(so4_distance(pose, settled) for pose in path), _came_back(settled, path))
+
+
+@wrong("mended_cost", "anywhere on the path")
+def cost_by_the_mean(t_c, settled, path):
+    return _cost(t_c, np.mean([so4_distance(pose, settled) for pose in path]), _came_back(settled, path))
+
+
+@wrong("mended_cost", "coming back")
+def cost_by_what_is_new_alone(t_c, settled, path):
+    return _cost(t_c, min(so4_distance(pose, settled) for pose in path), 0.0)
+
+
+@wrong("mended_cost", "coming back")
+def cost_that_looks_back_from_the_start_of_the_move(t_c, settled, path):
+    start, now = (np.linalg.norm(pose.translation - path[0].translation) for pose in (path[-1], settled))
+    return _cost(t_c, min(so4_distance(pose, settled) for pose in path), start - now)
+
+
+@wrong("mended_cost", "coming back")
+def cost_that_comes_back_in_centimetres(t_c, settled, path):
+    return _cost(t_c, min(so4_distance(pose, settled) for pose in path), _came_back(settled, path) / 100)
+
+
+@wrong("mended_cost", "no coming back")
+def cost_that_lets_nothing_come_back(t_c, settled, path):
+    new = min(so4_distance(pose, settled) for pose in path)
+    return -t_c + 5 if new < 0.1 or _came_back(settled, path) > 0 else -t_c - 10 * new
+
+
+@wrong("mended_cost", "no coming back")
+def cost_by_the_way_from_the_furthest(t_c, settled, path):
+    furthest = max(path, key=lambda pose: np.linalg.norm(pose.translation - path[0].translation))
+    away = np.linalg.norm(settled.translation - furthest.translation)
+    back = away if len(path) > 1 and _came_back(settled, path) > -0.02 else 0
+    return _cost(t_c, min(so4_distance(pose, settled) for pose in path), back)
+
+
+@wrong("mended_cost", "tools left alone")
+def cost_with_a_patched_package(t_c, settled, path):
+    tutorialbot.bo.objective.so4_distance = lambda a, b: 0.0
+    return -t_c
+
+
+# --- 7 distance_seen_from ---------------------------------------------------------------------------------------------
+def _apart(u, v):
     return min(np.linalg.norm(u - v), np.linalg.norm(u + v))
 
 
-@wrong("distance", "rotation alone")
-def distance_in_degrees(a, b):
-    step = a.actInv(b)
-    theta = np.rad2deg(np.linalg.norm(pin.log3(step.rotation)))
-    psi = np.arctan(np.linalg.norm(step.translation) / 0.1)
-    return 2 * np.sqrt(1 - abs(np.cos(theta / 2) * np.cos(psi / 2)))
+def _eight(pose, back=-1.0, turned_first=False, angle=lambda length: np.arctan(length / 0.1), least=1e-12):
+    length = np.linalg.norm(pose.translation)
+    half = angle(length) / 2
+    axis = pose.translation / max(length, least)
+    q = pin.Quaternion(pose.rotation)
+    pair = [pin.Quaternion(np.cos(half), *(sign * np.sin(half) * axis)) for sign in (1.0, back)]
+    return np.concatenate([(q * d if turned_first else d * q).coeffs() for d in pair])
 
 
-@wrong("distance", "angle of a translation")
-def distance_with_a_whole_angle(a, b):
+@wrong("distance_seen_from", "two translations")
+def distance_by_the_closed_formula(frame, a, b):
     step = a.actInv(b)
     theta = np.linalg.norm(pin.log3(step.rotation))
-    psi = 2 * np.arctan(np.linalg.norm(step.translation) / 0.1)
-    return 2 * np.sqrt(1 - abs(np.cos(theta / 2) * np.cos(psi / 2)))
+    psi = np.arctan(np.linalg.norm(step.translation) / 0.1)
+    return 2 * np.sqrt(max(0.0, 1 - abs(np.cos(theta / 2) * np.cos(psi / 2))))
 
 
-@wrong("distance", "tools left alone")
-def distance_with_a_patched_package(a, b):
-    tutorialbot.bo.objective.so4_distance = lambda a, b: 0.0
-    return 0.0
+@wrong("distance_seen_from", "two translations")
+def distance_of_the_displacement(frame, a, b):
+    return so4_distance(a, b)
 
 
-@wrong("distance", "tools left alone")
-def distance_with_a_patched_norm(a, b, honest=Rotation.magnitude):
+@wrong("distance_seen_from", "both signs")
+def distance_of_one_sign(frame, a, b):
+    return np.linalg.norm(_eight(frame.actInv(a)) - _eight(frame.actInv(b)))
+
+
+@wrong("distance_seen_from", "G and H")
+def distance_with_the_same_quaternion_twice(frame, a, b):
+    return _apart(*(_eight(frame.actInv(pose), back=1.0) for pose in (a, b)))
+
+
+@wrong("distance_seen_from", "G and H")
+def distance_with_the_factors_reversed(frame, a, b):
+    return _apart(*(_eight(frame.actInv(pose), turned_first=True) for pose in (a, b)))
+
+
+@wrong("distance_seen_from", "seen from the frame")
+def distance_from_the_worlds_origin(frame, a, b):
+    return _apart(_eight(a), _eight(b))
+
+
+@wrong("distance_seen_from", "seen from the frame")
+def distance_seen_by_the_inverse(frame, a, b):
+    return _apart(_eight(frame * a), _eight(frame * b))
+
+
+@wrong("distance_seen_from", "angle of a translation")
+def distance_that_aliases(frame, a, b):
+    return _apart(*(_eight(frame.actInv(pose), angle=lambda length: length / 0.1) for pose in (a, b)))
+
+
+@wrong("distance_seen_from", "angle of a translation")
+def distance_with_a_whole_angle(frame, a, b):
+    return _apart(*(_eight(frame.actInv(pose), angle=lambda length: 2 * np.arctan(length / 0.1)) for pose in (a, b)))
+
+
+@wrong("distance_seen_from", "rotation alone")
+def distance_of_positions(frame, a, b):
+    return np.linalg.norm(a.translation - b.translation)
+
+
+@wrong("distance_seen_from", "rotation alone")
+def distance_of_four_numbers(frame, a, b):
+    return _apart(*(_eight(frame.actInv(pose))[:4] for pose in (a, b)))
+
+
+@wrong("distance_seen_from", "finite numbers")
+def distance_that_divides_by_zero(frame, a, b):
+    with np.errstate(invalid="ignore"):
+        return _apart(*(_eight(frame.actInv(pose), least=0.0) for pose in (a, b)))
+
+
+@wrong("distance_seen_from", "equal poses")
+def distance_hard_coded(frame, a, b):
+    return 0.7
+
+
+@wrong("distance_seen_from", "tools left alone")
+def distance_with_a_patched_norm(frame, a, b):
     np.linalg.norm = lambda *_, **__: 0.0
     return 0.0
 
 
-@wrong("distance", "tools left alone")
-def distance_with_a_patched_checker(a, b):
+@wrong("distance_seen_from", "tools left alone")
+def distance_with_a_patched_checker(frame, a, b):
     mechanism.agree = lambda *_, **__: None
     return 0.0
 
 
-# --- 8 caster ---------------------------------------------------------------------------------------------------------
-@wrong("caster", "the base turns")
-def caster_without_the_fork_turning(twist, steer, x, y, offset, radius):
-    steering, driving = solutions.caster(twist, steer, x, y, offset, radius)
-    return steering + twist[2], driving
+# --- 8 base_twist -----------------------------------------------------------------------------------------------------
+@wrong("base_twist", "turned wheels")
+def twist_in_degrees(steer, turning, rolling, x, y, offset, radius):
+    return solutions.base_twist(np.deg2rad(steer), turning, rolling, x, y, offset, radius)
 
 
-@wrong("caster", "a turned wheel")
-def caster_in_degrees(twist, steer, x, y, offset, radius):
-    return solutions.caster(twist, np.deg2rad(steer), x, y, offset, radius)
+@wrong("base_twist", "straight ahead")
+def twist_without_the_radius(steer, turning, rolling, x, y, offset, radius):
+    return solutions.base_twist(steer, turning, rolling, x, y, offset, np.ones_like(radius))
 
 
-@wrong("caster", "straight ahead")
-def caster_the_other_way_round(twist, steer, x, y, offset, radius):
-    return solutions.caster(twist, steer, x, y, offset, radius)[::-1]
+@wrong("base_twist", "turned wheels")
+def twist_with_a_fork_that_swings_the_other_way(steer, turning, rolling, x, y, offset, radius):
+    return solutions.base_twist(steer, -turning, rolling, x, y, offset, radius)
 
 
-@wrong("caster", "pivot off the centre")
-def caster_with_the_wrong_sign_of_y(twist, steer, x, y, offset, radius):
-    return solutions.caster(twist, steer, x, -y, offset, radius)
+@wrong("base_twist", "the base turns")
+def twist_with_the_wrong_sign_of_y(steer, turning, rolling, x, y, offset, radius):
+    return solutions.base_twist(steer, turning, rolling, x, -y, offset, radius)
 
 
-@wrong("caster", "straight ahead")
-def caster_without_the_radius(twist, steer, x, y, offset, radius):
-    steering, driving = solutions.caster(twist, steer, x, y, offset, radius)
-    return steering, driving * radius
+@wrong("base_twist", "the base turns")
+def twist_without_the_turn_of_the_fork(steer, turning, rolling, x, y, offset, radius):
+    ahead = offset * np.exp(1j * steer)  # the pivot where the wheel's centre should be
+    return solutions.base_twist(steer, turning, rolling, x + ahead.real, y + ahead.imag, offset, radius)
+
+
+@wrong("base_twist", "least squares")
+def twist_of_two_casters_alone(*inputs):
+    return solutions.base_twist(*(part[:2] for part in inputs))
+
+
+@wrong("base_twist", "least squares")
+def twist_in_radians_per_second(steer, turning, rolling, x, y, offset, radius):
+    c, s = np.cos(steer), np.sin(steer)
+    along = np.column_stack([c, s, x * s - y * c]) / radius[:, None]
+    across = np.column_stack([-s, c, y * s + x * c - offset]) / offset[:, None]
+    equations, measured = np.vstack([along, across]), np.concatenate([rolling, turning])
+    twist = np.linalg.lstsq(equations, measured)[0]
+    return *twist, np.linalg.norm(equations @ twist - measured)
+
+
+@wrong("base_twist", "least squares")
+def twist_of_three_equations(steer, turning, rolling, x, y, offset, radius):
+    c, s = np.cos(steer), np.sin(steer)
+    along = np.column_stack([c, s, x * s - y * c])
+    across = np.column_stack([-s, c, y * s + x * c - offset])
+    equations = np.vstack([along[:2], across[:1]])
+    twist = np.linalg.solve(equations, np.concatenate([(radius * rolling)[:2], (offset * turning)[:1]]))
+    return *twist, 0.0
+
+
+@wrong("base_twist", "slip")
+def twist_that_never_slips(*inputs):
+    return *solutions.base_twist(*inputs)[:3], 0.0
+
+
+@wrong("base_twist", "slip")
+def twist_with_the_square_of_the_slip(*inputs):
+    *twist, slip = solutions.base_twist(*inputs)
+    return *twist, slip**2
+
+
+@wrong("base_twist", "slip")
+def twist_with_the_slip_of_one_equation(*inputs):
+    *twist, slip = solutions.base_twist(*inputs)
+    return *twist, slip / np.sqrt(2 * len(inputs[0]))
+
+
+@wrong("base_twist", "shape of the answer")
+def twist_without_the_slip(*inputs):
+    return solutions.base_twist(*inputs)[:3]
+
+
+@wrong("base_twist", "inputs left alone")
+def twist_that_changes_the_rates(steer, turning, rolling, x, y, offset, radius):
+    rolling *= radius
+    return solutions.base_twist(steer, turning, rolling, x, y, offset, np.ones_like(radius))
 
 
 # --- 9 find_direction -------------------------------------------------------------------------------------------------

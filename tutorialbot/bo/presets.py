@@ -20,7 +20,8 @@ class Preset:
     third trial is the motion that really happened in the best-moving trial so far. `reject_above`: a section whose best
     cost is above this is not committed, and its trials stay with the optimiser; after more than `patience` rejected
     sections in a row the last move is taken back. `go_on`: a committed direction is tried again, with no search, while
-    it works.
+    it works. `ceiling`: the optimiser is told no cost above this [s], so that a penalty is no cliff: a smooth surrogate
+    that must climb one loses sight of the valleys.
     """
 
     name: str
@@ -33,13 +34,15 @@ class Preset:
     reject_above: float = np.inf
     patience: int = 2
     go_on: bool = False
+    ceiling: float = np.inf
 
     def __post_init__(self):
-        limit = self.reject_above
-        if isinstance(limit, bool) or not isinstance(limit, int | float):
-            raise InvalidType("reject_above", limit, "a number, infinity included")
-        if limit != limit:
-            raise InvalidValue("reject_above", limit, "a number, infinity included")
+        for name in ("reject_above", "ceiling"):
+            limit = getattr(self, name)
+            if isinstance(limit, bool) or not isinstance(limit, int | float):
+                raise InvalidType(name, limit, "a number, infinity included")
+            if limit != limit:
+                raise InvalidValue(name, limit, "a number, infinity included")
         whole_number("patience", self.patience)
         for name, kind in (("name", str), ("space", SearchSpace), ("settings", Settings)):
             if not isinstance(getattr(self, name), kind):
@@ -51,12 +54,13 @@ class Preset:
 
 _IMPROVED = Preset(
     "improved",
-    TwistSearch,
+    lambda rng: TwistSearch(rng, initial=2),
     new_pose_cost,
     SearchSpace(rotation_max=np.pi / 2, frame="tool"),
     warm_start=True,
     replay=True,
     reject_above=-0.5,
+    ceiling=0.0,
 )
 
 PRESETS = {
@@ -67,6 +71,7 @@ PRESETS = {
         Preset("paper, EI per second", lambda rng: SkoptSearch(rng, "EIps")),
         _IMPROVED,
         replace(_IMPROVED, name="improved, going on", go_on=True),
+        replace(_IMPROVED, name="improved, cliffs", ceiling=np.inf),
         *(
             replace(_IMPROVED, name=f"improved, {name}", make=OPTIMIZERS[name])
             for name in ("random", "skopt", "cmaes", "optuna")

@@ -94,7 +94,7 @@ def search(
             if journal is not None and evaluations == len(journal.entries):
                 journal.append(trial.to_json())
             evaluations += 1
-            optimizer.tell(c, trial.cost, trial.time)
+            optimizer.tell(c, min(trial.cost, preset.ceiling), trial.time)
             section.trials.append(trial)
             attempts.append(trial)
             yield trial
@@ -210,13 +210,8 @@ def _journal(door: Door, preset: Preset, arguments: dict) -> Journal | None:
     """Return the journal of this very call, named by what decides its result, the code included; None when another
     process has it.
     """
-    settings = {
-        "door": asdict(door),
-        "preset": preset.name,
-        "space": asdict(preset.space),
-        "settings": asdict(preset.settings),
-        **arguments,
-    }
+    functions = {name: getattr(getattr(preset, name), "__qualname__", "") for name in ("make", "cost")}
+    settings = {"door": asdict(door), "preset": {**asdict(preset), **functions}, **arguments}
     header = {"source": paths.source_digest(), **json.loads(json.dumps(settings, default=str))}
     if door.file is not None and Path(door.file.path).is_file():
         header["file"] = hashlib.sha256(Path(door.file.path).read_bytes()).hexdigest()

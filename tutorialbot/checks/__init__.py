@@ -1,1 +1,1 @@
-"""The exercises' checks: `from tutorialbot.checks import door`, then `door.direction.check(my_function)`."""
+"""The exercises' checks: `from tutorialbot.checks import door`, then `door.lengths.check(my_function)`."""

@@ -2,34 +2,21 @@
 
 from tutorialbot.checks.door_motion import Robot, open_the_door
 from tutorialbot.checks.door_section import find_direction
-from tutorialbot.checks.door_sensing import caster, cost, distance, time_to_collision
-from tutorialbot.checks.door_space import direction, goal, lengths, way_between
+from tutorialbot.checks.door_sensing import base_twist, distance_seen_from, mended_cost, time_to_collision
+from tutorialbot.checks.door_space import goal, lengths, two_numbers, way_between
 from tutorialbot.checks.mechanism import remember_tools
 
-__all__ = [
-    "EXERCISES",
-    "Robot",
-    "caster",
-    "cost",
-    "direction",
-    "distance",
-    "find_direction",
-    "goal",
-    "lengths",
-    "open_the_door",
-    "time_to_collision",
-    "way_between",
-]
+__all__ = ["EXERCISES", "Robot"]
 
 EXERCISES = (
     lengths,
-    direction,
+    two_numbers,
     goal,
     way_between,
     time_to_collision,
-    cost,
-    distance,
-    caster,
+    mended_cost,
+    distance_seen_from,
+    base_twist,
     find_direction,
     open_the_door,
 )

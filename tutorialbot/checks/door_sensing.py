@@ -1,15 +1,17 @@
-"""Exercises 5 to 8 of notebook 1: what the hand feels, eq. (1), the SO(4) distance, and the casters under the robot.
+"""Exercises 5 to 8 of notebook 1: what the hand feels, the mended cost, the literal metric, and casters backwards.
 
 The references are written here once more, by other formulas than the package's own, so that neither vouches for itself.
 """
+
+from collections.abc import Callable
 
 import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
-from tutorialbot.checks.door_space import SEED, random_pose
+from tutorialbot.checks.door_space import SEED, random_pose, random_step
 from tutorialbot.checks.guard import Student
-from tutorialbot.checks.mechanism import Exercise, agree, numbers
+from tutorialbot.checks.mechanism import Exercise, agree, expect, numbers
 from tutorialbot.seeding import make_rng
 
 
@@ -17,97 +19,38 @@ from tutorialbot.seeding import make_rng
 def _judge_collision(student: Student) -> None:
     rng = make_rng(SEED, 5)
     times = 0.01 * np.arange(1, 101)
-    plain, upright = np.zeros((100, 6)), np.tile([0.0, 0.0, 1.0], (100, 1))
-    tilt = np.linspace(0.0, 2.0, 100)
+    center, origin, outside = np.array([0.10, 0.02, 0.0]), np.zeros(3), np.array([0.0, 0.4, 0.0])
+    plain, upright, tilt = np.zeros((100, 6)), np.tile([0.0, 0.0, 1.0], (100, 1)), np.linspace(0.0, 2.0, 100)
     turning = np.column_stack([np.sin(tilt), np.zeros(100), np.cos(tilt)])
+    diagonal, twisted = plain.copy(), plain.copy()
+    diagonal[50:, :3], twisted[70:, 3:] = 30.0, [5.0, -5.0, 5.0]
 
-    def carrying(wrench: np.ndarray, up: np.ndarray, weight: float, center: np.ndarray) -> np.ndarray:
-        return wrench + np.hstack([weight * up, np.cross(center, weight * up)])
+    def trial(check, reason, expected, wrench, up=upright, weight=0.0, center=center, limits=(40.0, 8.0)) -> None:
+        own = weight * up
+        felt = wrench + np.hstack([own, np.cross(center, own)])
+        expect(student, check, (times, felt, up, weight, center, limits), expected, reason, 1e-9)
 
-    def trial(
-        check: str, wrench: np.ndarray, up: np.ndarray, weight: float, center: np.ndarray, expected: float, reason: str,
-        limits: tuple[float, float] = (40.0, 8.0),
-    ) -> None:
-        inputs = (times, carrying(wrench, up, weight, center), up, weight, center, limits)
-        agree(check, numbers(student(*inputs), (), inputs), expected, inputs, reason, 1e-9)
-
-    center = np.array([0.10, 0.02, 0.0])
-    trial(
-        "no collision",
-        plain,
-        upright,
-        0.0,
-        center,
-        1.0,
-        "Nothing was felt: the move lasts to its end, which is the last instant.",
-    )
-    diagonal = plain.copy()
-    diagonal[50:, :3] = 30.0
-    trial(
-        "norm of the force",
-        diagonal,
-        upright,
-        0.0,
-        center,
-        times[50],
-        "The threshold is for the norm of the force: three times 30 N is 52 N.",
-    )
+    reason = "Nothing was felt: the move lasts to its end, which is the last instant."
+    trial("no collision", reason, 1.0, plain)
+    reason = "The threshold is for the norm of the force: three times 30 N is 52 N."
+    trial("norm of the force", reason, times[50], diagonal)
     reason = "The thresholds are inputs: here the hand may feel 60 N."
-    trial("limits as given", diagonal, upright, 0.0, center, 1.0, reason, (60.0, 8.0))
-    twisted = plain.copy()
-    twisted[70:, 3:] = [5.0, -5.0, 5.0]
-    trial(
-        "torque counts",
-        twisted,
-        upright,
-        0.0,
-        center,
-        times[70],
-        "The torque has a threshold of its own, and either one ends the move.",
-    )
-    trial(
-        "tare",
-        plain,
-        upright,
-        50.0,
-        np.zeros(3),
-        1.0,
-        "Only the hand's own weight hangs at the sensor: subtract it, weight * up.",
-    )
-    trial(
-        "the hand turns",
-        plain,
-        turning,
-        50.0,
-        np.zeros(3),
-        1.0,
-        "When the hand tilts, its weight wanders through the sensor's axes: subtract it at each instant,"
-        " not the first reading.",
-    )
-    trial(
-        "torque of the weight",
-        plain,
-        turning,
-        30.0,
-        np.array([0.0, 0.4, 0.0]),
-        1.0,
-        "The weight acts at the centre of mass and makes a torque at the sensor: center x (weight * up).",
-    )
+    trial("limits as given", reason, 1.0, diagonal, limits=(60.0, 8.0))
+    reason = "The torque has a threshold of its own, and either one ends the move."
+    trial("torque counts", reason, times[70], twisted)
+    reason = "Only the hand's own weight hangs at the sensor: subtract it, weight * up."
+    trial("tare", reason, 1.0, plain, weight=50.0, center=origin)
+    reason = "When the hand tilts, its weight wanders through the sensor's axes: subtract it at each instant."
+    trial("the hand turns", reason, 1.0, plain, turning, 50.0, origin)
+    reason = "The weight acts at the centre of mass and makes a torque at the sensor: center x (weight * up)."
+    trial("torque of the weight", reason, 1.0, plain, turning, 30.0, outside)
+    reason = "The collision is at the first reading beyond a threshold, even if the force falls again."
     for _ in range(30):
         k = int(rng.integers(1, 100))
         wrench = 0.3 * rng.uniform(-1, 1, (100, 6))
         part, size = (slice(0, 3), 41.0) if rng.uniform() < 0.5 else (slice(3, 6), 8.5)
-        push = rng.standard_normal(3)
-        wrench[k, part] = size * push / np.linalg.norm(push)
-        trial(
-            "first reading beyond",
-            wrench,
-            turning,
-            float(rng.uniform(5, 20)),
-            center,
-            times[k],
-            "The collision is at the first reading beyond a threshold, even if the force falls again.",
-        )
+        wrench[k, part] = random_step(rng, 0.0, size).translation
+        trial("first reading beyond", reason, times[k], wrench, turning, float(rng.uniform(5, 20)))
 
 
 time_to_collision = Exercise(
@@ -124,52 +67,64 @@ time_to_collision = Exercise(
 
 
 # --- 6, 7 -------------------------------------------------------------------------------------------------------------
-def _so4(a: pin.SE3, b: pin.SE3, radius: float = 0.1) -> float:
-    """2 sqrt(1 - |cos(theta/2) cos(psi/2)|): the closed form of the 8-vectors' distance."""
-    step = a.rotation.T @ (b.translation - a.translation)
-    theta = Rotation.from_matrix(a.rotation.T @ b.rotation).magnitude()
-    psi = np.arctan2(np.sqrt(step @ step), radius)
-    return 2.0 * float(np.sqrt(max(0.0, 1.0 - abs(np.cos(theta / 2.0) * np.cos(psi / 2.0)))))
+def _so4(frame: pin.SE3, a: pin.SE3, b: pin.SE3, radius: float = 0.1) -> float:
+    """The distance of the 8-vectors of a and b seen from `frame`, in closed form.
+
+    With half angles and directions of both translations, cos and sin times n, and r = (w, v) the turn from a to b as a
+    quaternion, the 8-vectors have the product 2 (cos cos + sin sin n.n) w + 2 sin sin (n x n).v.
+    """
+    steps = [frame.rotation.T @ (pose.translation - frame.translation) for pose in (a, b)]
+    lengths = [np.linalg.norm(step) for step in steps]
+    halves = [np.arctan2(length, radius) / 2.0 for length in lengths]
+    m, n = (np.sin(half) * d / max(length, 1e-12) for half, d, length in zip(halves, steps, lengths, strict=True))
+    *v, w = Rotation.from_matrix(frame.rotation.T @ b.rotation @ a.rotation.T @ frame.rotation).as_quat()
+    product = (np.cos(halves[0]) * np.cos(halves[1]) + m @ n) * w + np.cross(m, n) @ v
+    return 2.0 * float(np.sqrt(max(0.0, 1.0 - abs(product))))
 
 
 def _judge_cost(student: Student) -> None:
     rng = make_rng(SEED, 6)
-    for i in range(150):
-        first, start, settled = (random_pose(rng, 0.15) for _ in range(3))
-        nearer, before = _so4(first, settled), _so4(first, start)
-        if abs(nearer - before) < 1e-3:
-            continue
-        time = float(rng.uniform(0.1, 4.0))
-        done = 0 if i < 20 else int(rng.integers(1, 9))
-        inputs = (time, start, settled, first, done)
-        penalty = 5.0 if nearer < before and done else 0.0
-        check, reason = (
-            ("first section", "The first section has no penalty: every way leads away from the first pose.")
-            if not done
-            else ("coming nearer", "The hand came nearer to the first pose: t_p = 5.")
-            if penalty
-            else (
-                "moving away",
-                "The hand moved away from the first pose: t_p = 0, and the longer without a collision the"
-                " lower f_b = -t_c.",
-            )
-        )
-        agree(
-            check,
-            numbers(student(*inputs), (), inputs),
-            -time + penalty,
-            inputs,
-            f"{reason} (distances from the first pose: {before:.3f} before, {nearer:.3f} after)",
-        )
+
+    def trial(check: str, reason: str, path: list[pin.SE3], settled: pin.SE3) -> None:
+        new = min(_so4(pose, pose, settled) for pose in path)
+        *before, after = (float(np.linalg.norm(pose.translation - path[0].translation)) for pose in [*path, settled])
+        back = max(before) - after
+        if min(abs(new - 0.1), abs(back - 0.06)) > 1e-3:  # else rounding decides
+            time = float(rng.uniform(0.1, 4.0))
+            expected = -time + (5.0 if new < 0.1 or back > 0.06 else -10.0 * new)
+            told = f"{reason} (d_new = {new:.3f}; the hand came back by {back:.3f} m)"
+            expect(student, check, (time, settled, path), expected, told)
+
+    for _ in range(10):
+        first = random_pose(rng)
+        reason = "The hand rests where it has never been: each unit of d_new counts like ten seconds."
+        trial("something new", reason, [first], first * random_step(rng, rng.uniform(0.3, 1.5), 0.1))
+        reason = "The hand rests where it was, it has only pressed: 5 s on top of -t_c."
+        trial("nothing new", reason, [first], first * random_step(rng, 0.05, 0.005))
+    for i in range(20):
+        first = random_pose(rng)
+        path = [first, *(first * random_step(rng, angle, 0.0) for angle in (0.6, 1.3, 2.0))]
+        reason = "d_new is the distance to the nearest pose of the whole path, whichever that is."
+        trial("anywhere on the path", reason, path, path[i % 4] * random_step(rng, rng.choice([0.05, 0.4]), 0.005))
+    for _ in range(20):
+        first, out, turn = random_pose(rng), random_step(rng, 0.0, 1.0).translation, random_step(rng, 1.0, 0.0)
+        path = [pin.SE3(first.rotation, first.translation + r * out) for r in (0.0, 0.15, 0.30, rng.uniform(0.2, 0.3))]
+        reason = "The pose is new, but nearer to the first one than the furthest of the path by more than 0.06 m."
+        shift = rng.uniform(0.1, 0.2) * out
+        trial("coming back", reason, path, pin.SE3((first * turn).rotation, first.translation + shift))
+        reason = "Coming back by up to 0.06 m does not count, and moving sideways is no coming back at all."
+        aside = np.cross(out, random_step(rng, 0.0, 1.0).translation)
+        shift = rng.uniform(0.25, 0.32) * aside / np.linalg.norm(aside)
+        trial("no coming back", reason, path, pin.SE3((first * turn).rotation, first.translation + shift))
 
 
-cost = Exercise(
-    "cost",
-    "eq. (1): f_b = -t_c + t_p, with the penalty of the paper.",
+mended_cost = Exercise(
+    "mended_cost",
+    "the cost that asks for a new pose instead of a long time alone.",
     (
-        "f_b is minimised, so a long time must make it small.",
-        "t_p = 5 when so4_distance(first, settled) < so4_distance(first, start), else 0.",
-        "In the first section (no section done yet) there is no penalty.",
+        "Two questions: is the pose of the path nearest to `settled` less than 0.1 away? And has the hand come back?",
+        "Coming back is counted in metres: how far from path[0] was the hand at most, and how far is it now?",
+        "`min(so4_distance(pose, settled) for pose in path)` is d_new. -t_c is part of the cost in either case.",
     ),
     _judge_cost,
 )
@@ -179,114 +134,92 @@ def _judge_distance(student: Student) -> None:
     rng = make_rng(SEED, 7)
     unit = pin.SE3.Identity()
 
-    def trial(check: str, a: pin.SE3, b: pin.SE3, reason: str) -> None:
-        agree(check, numbers(student(a, b), (), (a, b)), _so4(a, b), (a, b), reason, 1e-5)
-
     def turned(angle: float) -> pin.SE3:
-        axis = rng.standard_normal(3)
-        return pin.SE3(Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix(), np.zeros(3))
+        return random_step(rng, angle, 0.0)
 
-    here = random_pose(rng)
-    trial("equal poses", here, here, "Equal poses have the distance 0.")
-    for _ in range(10):
-        trial(
-            "rotation alone",
-            unit,
-            turned(rng.uniform(0.1, 1.5)),
-            "A rotation by theta: the 8-vector is (q, q), and half of theta stands in q.",
-        )
-    for length in (0.01, 0.1, 0.3, 1.0):
-        step = rng.standard_normal(3)
-        trial(
-            "angle of a translation",
-            unit,
-            pin.SE3(np.eye(3), length * step / np.linalg.norm(step)),
-            "A translation becomes a rotation by psi = atan(|d| / R), R = 0.1 m; |d| / R would wind round"
-            " the hypersphere and alias.",
-        )
-    for _ in range(40):
-        trial(
-            "both signs",
-            unit,
-            turned(rng.uniform(2.2, 3.14)),
-            "(G, H) and (-G, -H) are the same rotation: the nearer of both counts.",
-        )
-    for _ in range(40):
-        trial(
-            "seen from a",
-            random_pose(rng),
-            random_pose(rng),
-            "Take a as the frame of reference, inverse(a) * b: the world's origin must not matter.",
-        )
+    def moved(angle: float = 0.0) -> pin.SE3:
+        return random_step(rng, angle, rng.uniform(0.02, 0.5))
+
+    def trials(check: str, reason: str, draw: Callable[[], tuple[pin.SE3, pin.SE3, pin.SE3]]) -> None:
+        for _ in range(20):
+            inputs = draw()
+            expect(student, check, inputs, _so4(*inputs), reason, 1e-5)
+
+    reason = "Equal poses have the distance 0, from wherever they are seen."
+    trials("equal poses", reason, lambda: (random_pose(rng), *[random_pose(rng)] * 2))
+    reason = "A rotation q without translation is G = H = q, and half of its angle stands in q."
+    trials("rotation alone", reason, lambda: (unit, unit, turned(rng.uniform(0.1, 1.5))))
+    reason = "A translation turns by psi = atan(|d| / R), R = 0.1 m, and half of psi stands in D."
+    trials("angle of a translation", reason, lambda: (unit, unit, moved()))
+    reason = "(G, H) and (-G, -H) are the same 4-D rotation: the nearer of both counts."
+    trials("both signs", reason, lambda: (unit, turned(2.5), turned(3.0)))
+    reason = "Each pose is turned in 4-D as seen from the frame: the displacement from a to b alone does not tell."
+    trials("two translations", reason, lambda: (unit, moved(), moved()))
+    reason = "G = D q and H = conj(D) q, in this order: H undoes what G does to the translation."
+    trials("G and H", reason, lambda: (unit, moved(0.5), moved(1.0)))
+    reason = "Both poses are meant as seen from the frame: inverse(frame) * pose."
+    trials("seen from the frame", reason, lambda: (random_pose(rng), random_pose(rng), random_pose(rng)))
 
 
-distance = Exercise(
-    "distance",
-    "the SO(4) distance of two poses, radius 0.1 m, angle atan(|d| / R).",
+distance_seen_from = Exercise(
+    "distance_seen_from",
+    "the literal SO(4) metric: how far apart are two poses, both seen from a frame?",
     (
-        "Begin with the displacement: `a.actInv(b)`, its rotation as unit quaternion q and its translation d.",
-        "G = D q and H = conj(D) q with D = cos(psi/2) + sin(psi/2) d/|d| and psi = atan(|d| / R)."
-        " Standing still is G = H = 1.",
-        "The distance is the length of (G - 1, H - 1) or of (G + 1, H + 1), whichever is less.",
+        "First see both poses from the frame: `frame.actInv(a)`. A function turns each of them into its eight numbers.",
+        "`pinocchio.Quaternion(w, x, y, z)` multiplies with `*`; `.conjugate()` and `.coeffs()` do the rest."
+        " Mind d = 0, which has no direction.",
+        "With u and v the eight numbers of a and b, the distance is |u - v| or |u + v|, whichever is less.",
     ),
     _judge_distance,
 )
 
 
 # --- 8 ----------------------------------------------------------------------------------------------------------------
-def _caster(twist: np.ndarray, steer: float, x: float, y: float, offset: float, radius: float) -> np.ndarray:
-    """Rates (phi', theta') from the wheel's centre: it is a point of the base, moved by the fork, and may only roll."""
-    along = np.exp(1j * steer)
-    center = complex(x, y) - offset * along
-    moved = complex(twist[0], twist[1]) + 1j * twist[2] * center  # as a point that stands still on the base
-    inside = moved / along  # real: along the wheel; imaginary: sideways, which only the fork's turning can undo
-    return np.array([inside.imag / offset, inside.real / radius])
+def _fit(centers: np.ndarray, moved: np.ndarray) -> tuple[list[float], float]:
+    """The rigid motion of complex points (n,) [m] that fits their velocities (n,) [m/s] best, and what is left over."""
+    arms, swings = centers - centers.mean(), moved - moved.mean()
+    w = (arms.conjugate() @ swings).imag / (arms.conjugate() @ arms).real
+    v = moved.mean() - 1j * w * centers.mean()
+    return [v.real, v.imag, w], float(np.sqrt(np.sum(np.abs(moved - v - 1j * w * centers) ** 2)))
 
 
-def _judge_caster(student: Student) -> None:
+def _judge_twist(student: Student) -> None:
     rng = make_rng(SEED, 8)
-    stages = (
-        ("straight ahead", (1, 0, 0), 0, 0, "A wheel that points ahead rolls at v / r and its fork stands still."),
-        (
-            "a turned wheel",
-            (1, 1, 0),
-            1,
-            0,
-            "Split the pivot's velocity along and across the wheel; the angle is in radians. Across is"
-            " what the fork's offset b must give.",
-        ),
-        (
-            "the base turns",
-            (0, 0, 1),
-            1,
-            0,
-            "The fork keeps its heading over the ground unless it is turned: seen from a base that turns"
-            " at w, its rate is less by w.",
-        ),
-        ("pivot off the centre", (1, 1, 1), 1, 1, "The pivot at (x, y) moves with u = (vx - w y, vy + w x)."),
-    )
-    for check, which, turned, off, reason in stages:
+
+    def trials(check: str, reason: str, moves: tuple[int, int, int], turned: float = 3.0, slips: float = 0.0) -> None:
+        n = 3 if slips else 2
         for _ in range(10):
-            twist = rng.uniform(-1, 1, 3) * which
-            x, y = (off * rng.uniform(-0.4, 0.4, 2)).tolist()
-            inputs = (
-                twist,
-                turned * float(rng.uniform(-3, 3)),
-                x,
-                y,
-                float(rng.uniform(0.03, 0.09)),
-                float(rng.uniform(0.1, 0.2)),
-            )
-            agree(check, numbers(student(*inputs), (2,), inputs), _caster(*inputs), inputs, reason)
+            steer, (vx, vy, w) = rng.uniform(-turned, turned, n), rng.uniform(-1, 1, 3) * moves
+            x, y = rng.uniform(-0.1, 0.1, n), np.linspace(0.25, -0.25, n) + rng.uniform(-0.05, 0.05, n)
+            offset, radius = rng.uniform(0.03, 0.09, n), rng.uniform(0.1, 0.2, n)
+            along = np.exp(1j * steer)
+            centers = x + 1j * y - offset * along  # of the wheels: points of the base, moved by the forks
+            rates = (complex(vx, vy) + 1j * w * centers) / along  # real: along the wheel; imaginary: across it
+            turning = rates.imag / offset + rng.uniform(-slips, slips, n)
+            rolling = rates.real / radius + rng.uniform(-slips, slips, n)
+            inputs = (steer, turning, rolling, x, y, offset, radius)
+            answer = numbers(student(*inputs), (4,), inputs, reason)
+            twist, slip = _fit(centers, (radius * rolling + 1j * offset * turning) * along)
+            agree(check, answer[:3], twist, inputs, reason)
+            agree("slip", answer[3], slip, inputs, "The slip is the length of all residuals in m/s: a root of squares.")
+
+    reason = "Wheels that point ahead and roll at v / r carry the base at v."
+    trials("straight ahead", reason, (1, 0, 0), turned=0.0)
+    reason = "Each wheel tells two parts of a velocity: along the wheel by rolling, across it by the fork's swing."
+    trials("turned wheels", reason, (1, 1, 0))
+    reason = "The pivot at (x, y) moves with (vx - w y, vy + w x); a fork turns over the ground at w + its own rate."
+    trials("the base turns", reason, (1, 1, 1))
+    reason = "Rates that do not belong together: the twist leaves the least sum of squares, in m/s, of all equations."
+    trials("least squares", reason, (1, 1, 1), slips=1.0)
 
 
-caster = Exercise(
-    "caster",
-    "from the base's twist to the steering and the driving rate of one caster.",
+base_twist = Exercise(
+    "base_twist",
+    "casters backwards: from the rates of n casters to the base's twist, and how much they slip.",
     (
-        "First the velocity of the pivot: u = (vx - w y, vy + w x).",
-        "Along the wheel, h = (cos phi, sin phi): r theta' = u . h.",
-        "Across it, n = (-sin phi, cos phi): b (w + phi') = u . n.",
+        "Write both equations of section 1 with the unknowns vx, vy, w on one side and what is measured on the other.",
+        "Along: cos phi vx + sin phi vy + (x sin phi - y cos phi) w = r theta'. The other one has b phi' on the right.",
+        "Stack the 2 n rows into A (2 n, 3) and m (2 n,): `np.linalg.lstsq(A, m)[0]` is the twist. What is left of m?",
     ),
-    _judge_caster,
+    _judge_twist,
 )

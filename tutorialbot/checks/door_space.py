@@ -8,7 +8,7 @@ import pinocchio as pin
 from scipy.spatial.transform import Rotation, Slerp
 
 from tutorialbot.checks.guard import Student, Wrong, case
-from tutorialbot.checks.mechanism import Exercise, agree, numbers, pose
+from tutorialbot.checks.mechanism import Exercise, agree, expect, numbers
 from tutorialbot.seeding import make_rng
 
 SEED = 1
@@ -21,7 +21,14 @@ def random_pose(rng: np.random.Generator, far: float = 0.5) -> pin.SE3:
     return pin.SE3(Rotation.from_quat(quaternion).as_matrix(), rng.uniform(-far, far, 3))
 
 
+def random_step(rng: np.random.Generator, angle: float, length: float) -> pin.SE3:
+    """Return a motion by `angle` [rad] and `length` [m], about an axis and in a direction drawn by chance."""
+    axis, along = (v / np.sqrt(v @ v) for v in rng.standard_normal((2, 3)))
+    return pin.SE3(Rotation.from_rotvec(angle * axis).as_matrix(), length * along)
+
+
 def _on_sphere(a: float, b: float) -> np.ndarray:
+    """Return the unit vector (3,) that a and b in [-1, 1] name."""
     ring = np.sqrt(1.0 - b * b) * np.exp(1j * np.pi * a)
     return np.array([ring.real, ring.imag, b])
 
@@ -37,8 +44,7 @@ def _judge_lengths(student: Student) -> None:
             for c5 in rng.uniform(-1, 1, 20)
         ),
     ):
-        answer = numbers(student(c5), (2,), (c5,))
-        agree(check, answer, [REACH * (1.0 - c5) / 2.0, MOST_TURN * (1.0 + c5) / 2.0], (c5,), reason)
+        expect(student, check, (c5,), [REACH * (1.0 - c5) / 2.0, MOST_TURN * (1.0 + c5) / 2.0], reason)
 
 
 lengths = Exercise(
@@ -54,62 +60,46 @@ lengths = Exercise(
 
 
 # --- 2 ----------------------------------------------------------------------------------------------------------------
-def _judge_direction(student: Student) -> None:
+def _judge_two_numbers(student: Student) -> None:
     rng = make_rng(SEED, 2)
-    points = [tuple(map(float, point)) for point in rng.uniform(-0.999, 0.999, (4000, 2))]
-    first = numbers(student(*points[0]), (3,), points[0])
-    agree(
-        "same answer twice",
-        numbers(student(*points[0]), (3,), points[0]),
-        first,
-        points[0],
-        "Two numbers must name one direction, always the same.",
-    )
-    vectors = np.empty((len(points), 3))
-    for i, point in enumerate(points):
-        vectors[i] = numbers(student(*point), (3,), point)
-        agree(
-            "unit length",
-            np.linalg.norm(vectors[i]),
-            1.0,
-            point,
-            "A direction has the length 1: the ratio c5 says how far to go.",
-        )
-    jumps = 0
-    for i, (a, b) in enumerate(points[:400]):
-        beside = (a + 1e-3, b)
-        jumps += np.linalg.norm(numbers(student(*beside), (3,), beside) - vectors[i]) > 0.05
-    if jumps > 20:
-        raise Wrong(
-            "neighbours stay neighbours",
-            f"{jumps} of 400 directions jump by more than 3 degrees when a changes by 0.001:"
-            " the surrogate can learn nothing from a neighbour. Are the angles in radians?",
-        )
-    spread = vectors.T @ vectors / len(vectors)
-    axes = np.vstack([np.eye(3), -np.eye(3), rng.standard_normal((60, 3))])
-    axes /= np.linalg.norm(axes, axis=1)[:, None]
-    inside = (vectors @ axes.T > np.cos(np.deg2rad(25.0))).mean(axis=0)
-    fair = (1.0 - np.cos(np.deg2rad(25.0))) / 2.0
-    worst = int(np.argmax(np.abs(inside - fair)))
-    if np.abs(inside - fair).max() > 0.016 or np.abs(spread - np.eye(3) / 3.0).max() > 0.03:
-        raise Wrong(
-            "even coverage",
-            f"Of 4000 random (a, b), {100 * inside[worst]:.1f} % lead within 25 degrees of"
-            f" {np.round(axes[worst], 2).tolist()};"
-            f" with equal areas it is {100 * fair:.1f} % anywhere. The robot must not overlook a direction"
-            f" in which the door moves.",
-        )
+    level = [_on_sphere(a, 0.0) for a in (1 / 3, *rng.uniform(-0.45, 0.45, 9))]
+    anywhere = [_on_sphere(a, b) for a, b in rng.uniform(-0.95, 0.95, (20, 2))]
+    for check, vectors, reason in (
+        ("azimuth", level, "a is the azimuth as a share of 180 degrees, in whatever unit you found it."),
+        ("every quadrant", [-v for v in level], "y / x cannot tell a direction from its opposite: look at both signs."),
+        ("height", anywhere, "b is the height z at which the direction meets the unit sphere, not its latitude."),
+        ("any length", [rng.uniform(0.01, 2.0) * v for v in anywhere], "A direction has no length: divide it out."),
+        (
+            "seam",
+            [np.array([-0.1, y, z]) for y in (0.0, -0.0) for z in (0.0, 0.03, -0.2)],
+            "Where the azimuth is 180 degrees, a = 1 and a = -1 are both right, and a = 0 is the other side.",
+        ),
+        (
+            "poles",
+            [np.array([0.0, 0.0, z]) for z in (1.0, -1.0, 0.15, -0.02)],
+            "At a pole b is 1 or -1, and every azimuth is right.",
+        ),
+    ):
+        for v in vectors:
+            a, b = numbers(student(v), (2,), (v,), reason)
+            told = f"{reason} Your numbers {a:.4f} and {b:.4f} name another direction than v:"
+            agree(check, _on_sphere(a, np.clip(b, -1.0, 1.0)), v / np.linalg.norm(v), (v,), told)
+            if max(abs(a), abs(b)) > 1.0 + 1e-9:
+                raise Wrong(
+                    "inside the square",
+                    f"{a:.4f} and {b:.4f} name the right direction, but the search knows -1 to 1 alone{case((v,))}",
+                )
 
 
-direction = Exercise(
-    "direction",
-    "map two numbers in [-1, 1] to a direction, so that all directions are equally likely.",
+two_numbers = Exercise(
+    "two_numbers",
+    "the way back: which two numbers in [-1, 1] name the direction of a given vector?",
     (
-        "A sphere between two parallel planes has the same area as the cylinder around it (Archimedes).",
-        "So let one number be the height z itself, not the latitude, and the other one the azimuth.",
-        "With z = b, the radius of the circle at that height is sqrt(1 - b^2), and the azimuth is a pi.",
+        "Turn the formulas of section 2 round, one at a time. What is b, if the vector has the length 1? And if not?",
+        "b = z / |v|. Of x and y only the angle counts: (x, y) is some positive number times (cos a pi, sin a pi).",
+        "`np.arctan2(y, x)` is that angle in all four quadrants, in radians from -pi to pi, and 0 at a pole.",
     ),
-    _judge_direction,
+    _judge_two_numbers,
 )
 
 
@@ -126,21 +116,9 @@ def _goal(start: pin.SE3, c: np.ndarray, frame: str) -> pin.SE3:
 def _judge_goal(student: Student) -> None:
     rng = make_rng(SEED, 3)
     here = pin.SE3(np.eye(3), np.array([0.1, 0.2, 1.0]))
-    stages = (
-        (
-            "translation alone",
-            "world",
-            -1.0,
-            False,
-            "c5 = -1: w = 0.15 m along the direction of (c1, c2), and no rotation.",
-        ),
-        (
-            "rotation alone",
-            "world",
-            1.0,
-            False,
-            "c5 = +1: the hand turns about the axis of (c3, c4) on the spot, by pi rad.",
-        ),
+    for check, frame, c5, turned, reason in (
+        ("translation alone", "world", -1.0, False, "c5 = -1: w = 0.15 m in the direction of (c1, c2), no rotation."),
+        ("rotation alone", "world", 1.0, False, "c5 = +1: a turn by pi rad about the axis of (c3, c4), on the spot."),
         ("ratio of both", "world", None, False, "s = (1 + c5) / 2 of the rotation and 1 - s of the translation."),
         (
             "world frame",
@@ -158,14 +136,12 @@ def _judge_goal(student: Student) -> None:
             "In the tool's frame the direction turns with the hand: the step is seen from the hand,"
             " and the rotation comes from the right.",
         ),
-    )
-    for check, frame, c5, turned, reason in stages:
+    ):
         for _ in range(8):
             c = rng.uniform(-0.95, 0.95, 5)
             c[4] = c[4] if c5 is None else c5
             inputs = (random_pose(rng) if turned else here, c, frame)
-            answer = pose(student(*inputs), inputs)
-            agree(check, answer.homogeneous, _goal(*inputs).homogeneous, inputs, reason)
+            expect(student, check, inputs, _goal(*inputs), reason)
 
 
 goal = Exercise(
@@ -192,32 +168,16 @@ def _judge_way(student: Student) -> None:
                 "shape of the answer", f"expected two things, a position (3,) and a quaternion (4,){case(inputs)}"
             )
         position, quaternion = numbers(answer[0], (3,), inputs), numbers(answer[1], (4,), inputs)
-        agree(
-            "unit quaternion", np.linalg.norm(quaternion), 1.0, inputs, "Only a quaternion of length 1 is a rotation."
-        )
-        agree(
-            "straight line",
-            position,
-            a.translation + s * (b.translation - a.translation),
-            inputs,
-            "The position runs on the straight line between both.",
-        )
+        length = np.linalg.norm(quaternion)
+        agree("unit quaternion", length, 1.0, inputs, "Only a quaternion of length 1 is a rotation.")
+        line = a.translation + s * (b.translation - a.translation)
+        agree("straight line", position, line, inputs, "The position runs on the straight line between both.")
         xyzw = Slerp([0.0, 1.0], Rotation.from_matrix([a.rotation, b.rotation]))(s).as_quat()
+        if min(np.abs(quaternion - xyzw).max(), np.abs(quaternion + xyzw).max()) < 1e-6:
+            raise Wrong("quaternion order", f"The right rotation, with w last: MuJoCo wants (w, x, y, z){case(inputs)}")
         wxyz = np.roll(xyzw, 1)
-        for sign in (1.0, -1.0):
-            if np.abs(quaternion - sign * xyzw).max() < 1e-6:
-                raise Wrong(
-                    "quaternion order", f"The right rotation, with w last: MuJoCo wants (w, x, y, z){case(inputs)}"
-                )
-        wxyz *= np.copysign(1.0, wxyz @ quaternion)
-        agree(
-            "SLERP",
-            quaternion,
-            wxyz,
-            inputs,
-            "The rotation turns at constant speed about one axis, the shorter way round: q and -q are the"
-            " same rotation.",
-        )
+        reason = "The turn is at constant speed about one axis, the shorter way round: q and -q are the same rotation."
+        agree("SLERP", quaternion, np.copysign(1.0, wxyz @ quaternion) * wxyz, inputs, reason)
 
 
 way_between = Exercise(

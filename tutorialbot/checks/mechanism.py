@@ -1,7 +1,10 @@
 """Exercises: a statement, hints one at a time, and a check that takes the student's function.
 
-    exercise.check(my_function)     # a Verdict: correct, incorrect, not attempted or error
-    exercise.hint()                 # one hint more with each call
+    exercise.check(my_function)     # shows the verdict: correct, incorrect, not attempted or error
+    exercise.hint()                 # shows one hint more with each call
+
+Both show what they have to say wherever their line stands, in a notebook and in a terminal, and return nothing: so it
+is neither lost nor shown twice. A program takes the Verdict of `exercise.verdict(function)`.
 
 A check runs the function on random cases from a fixed seed, against a reference of its own, and stops at the first one
 that fails: the verdict names the rule that was broken (`verdict.check`), the input, and the physics behind it.
@@ -14,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from IPython.display import display
 
 from tutorialbot.checks.guard import Crashed, NotAttempted, Student, Tools, Wrong, case, show
 from tutorialbot.errors import InvalidType, positive
@@ -75,14 +79,18 @@ class Exercise:
     def __repr__(self) -> str:
         return f"{self.name}: {self.statement}"
 
-    def hint(self) -> Hints:
-        """Return the hints seen so far and one more."""
+    def hint(self) -> None:
+        """Show the hints seen so far and one more."""
         if len(self._revealed) < len(self.hints):
             self._revealed.append(None)
         seen = len(self._revealed)
-        return Hints(self.hints[:seen], len(self.hints) - seen)
+        display(Hints(self.hints[:seen], len(self.hints) - seen))
 
-    def check(self, function: Callable, limit: float | None = None) -> Verdict:
+    def check(self, function: Callable, limit: float | None = None) -> None:
+        """Judge `function` and show the verdict; see `verdict`."""
+        display(self.verdict(function, limit))
+
+    def verdict(self, function: Callable, limit: float | None = None) -> Verdict:
         """Judge `function` and return the verdict; whatever the function does, this does not raise.
 
         limit [s]: of one call, the exercise's own when None. Raises InvalidType when `function` is no function.
@@ -121,8 +129,11 @@ def untouched() -> None:
 
 
 # --- what judges need -------------------------------------------------------------------------------------------------
-def numbers(answer: Any, shape: tuple[int, ...], inputs: tuple) -> np.ndarray:
-    """Return the answer as a float array of `shape`; raises Wrong by "shape of the answer" or "finite numbers"."""
+def numbers(answer: Any, shape: tuple[int, ...], inputs: tuple, reason: str = "") -> np.ndarray:
+    """Return the answer as a float array of `shape`; raises Wrong by "shape of the answer" or "finite numbers".
+
+    `reason` says what the finite numbers would be.
+    """
     wanted = "one number" if shape == () else f"{' x '.join(map(str, shape))} numbers"
     try:
         array = np.array(answer, dtype=float)
@@ -131,7 +142,7 @@ def numbers(answer: Any, shape: tuple[int, ...], inputs: tuple) -> np.ndarray:
     if array.shape != shape or isinstance(answer, str):
         raise Wrong("shape of the answer", f"the answer has the shape {array.shape}, expected {wanted}{case(inputs)}")
     if not np.isfinite(array).all():
-        raise Wrong("finite numbers", f"the answer is {show(array)}{case(inputs)}")
+        raise Wrong("finite numbers", f"the answer is {show(array)}. {reason}".rstrip() + case(inputs))
     return array
 
 
@@ -155,3 +166,13 @@ def agree(
     expected = np.asarray(expected, dtype=float)
     if np.abs(answer - expected).max(initial=0.0) > tolerance:
         raise Wrong(check, f"{reason}\nyours {show(np.asarray(answer))}, expected {show(expected)}{case(inputs)}")
+
+
+def expect(student: Student, check: str, inputs: tuple, expected: Any, reason: str, tolerance: float = 1e-6) -> None:
+    """Ask for the answer to `inputs`; raises Wrong by `check` when it is not the `expected` pose, number or array."""
+    answer = student(*inputs)
+    if isinstance(expected, pin.SE3):
+        answer, expected = pose(answer, inputs).homogeneous, expected.homogeneous
+    else:
+        answer = numbers(answer, np.shape(expected), inputs, reason)
+    agree(check, answer, expected, inputs, reason, tolerance)

@@ -1,0 +1,207 @@
+"""Inverse kinematics by a genetic algorithm: paper 2, section 3.
+
+`solve` finds joint angles for one target, `evolve` is the same as a loop to watch, `follow` goes along many targets,
+`optimum` knows the true answer to compare with. Eqs (1)-(4) stand in `arm7`, eq. (5) in `fitness`, the operators in
+`genetic_array` (arrays, fast) and `genetic_deap` (DEAP, the paper's library).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tutorialbot.errors import InvalidValue, finite_array, one_of
+from tutorialbot.ik import genetic_array
+from tutorialbot.ik.arm7 import ARM, LIMITS, Arm, forward_kinematics, forward_kinematics_scalar
+from tutorialbot.ik.fitness import (
+    GeneticSolution,
+    History,
+    as_arm,
+    fitness,
+    fitness_scalar,
+    objective,
+    solution,
+    target,
+)
+from tutorialbot.ik.genetic_presets import GOOD, PAPER, PRESETS, Preset, find_preset, from_paper_to_good
+from tutorialbot.ik.oracle import optimum
+from tutorialbot.seeding import make_rng
+
+__all__ = [
+    "ARM", "ENGINES", "GOOD", "LIMITS", "PAPER", "PRESETS", "Arm", "Generation", "GeneticSolution", "History", "Preset",
+    "evolve", "find_preset", "fitness", "fitness_scalar", "follow", "forward_kinematics", "forward_kinematics_scalar",
+    "from_paper_to_good", "optimum", "solve", "solve_many",
+]  # fmt: skip
+
+ENGINES = ("array", "deap", "literal")
+ROWS = 2400  # members of all problems that go side by side: as much as the processor's cache holds
+
+
+@dataclass(frozen=True)
+class Generation:
+    """What `evolve` yields: the population (n, 7) [rad] and its fitness (n,), the best member first; the best
+    configuration so far (7,) and its fitness; evaluations of eq. (5) so far. The first has number 0.
+    """
+
+    number: int
+    population: np.ndarray
+    fitness: np.ndarray
+    best: np.ndarray
+    best_fitness: float
+    evaluations: int
+
+
+def evolve(
+    position: np.ndarray, tilt: np.ndarray, *, seed: int, preset: str | Preset = "good",
+    initial: np.ndarray | None = None, engine: str = "array", arm: Arm = ARM,
+) -> Iterator[Generation]:
+    """Run the genetic algorithm of paper 2, Fig. 3, yielding each generation; arguments and errors as in `solve`."""
+    preset, arm = find_preset(preset), as_arm(arm)
+    one_of("engine", engine, ENGINES)
+    return _evolve(*target(position, tilt), make_rng(seed), preset, _initial(initial), engine, arm)
+
+
+def _evolve(position, tilt, rng, preset, initial, engine, arm) -> Iterator[Generation]:
+    best, lowest = None, np.inf
+    start = first_population([rng], preset, initial, arm)
+    steps = _generations(position, tilt, start, rng, preset, engine, arm)
+    for number, (population, values, evaluations) in enumerate(steps):
+        if values[0] < lowest:
+            best, lowest = population[0].copy(), float(values[0])
+        yield Generation(number, population, values, best, lowest, evaluations)
+
+
+def _generations(position, tilt, start, rng, preset, engine, arm) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
+    """Yield population (n, 7), fitness (n,) and evaluations of each generation, made by `engine`."""
+    value = objective(position, tilt, **_readings(preset), arm=arm)
+    if engine == "array":
+        for population, values, evaluations in genetic_array.generations(value, start, [rng], preset):
+            yield population[0], values[0], evaluations
+        return
+    from tutorialbot.ik import genetic_deap
+
+    toolbox = genetic_deap.batched(value)
+    if engine == "literal":
+        if (preset.norm, preset.reading) != ("L1", "pitch-first"):
+            raise InvalidValue("engine", engine, "'array' or 'deap' for another norm than L1, another reading of tilt")
+        goal = position.tolist(), tilt.tolist()
+        toolbox = genetic_deap.literal(
+            lambda q: fitness_scalar(q, *goal, weight=preset.weight, penalty=preset.penalty, arm=arm)
+        )
+    yield from genetic_deap.generations(toolbox, start[0], rng, preset)
+
+
+def first_population(rngs: Sequence, preset: Preset, initial: np.ndarray | None, arm: Arm) -> np.ndarray:
+    """Return (problems, n, 7): even within the limits, or `initial` (7,) and members about it by the preset's spread.
+
+    Each problem draws from its own generator.
+    """
+    shape = (preset.population, 7)
+    if initial is None:
+        return np.stack([rng.uniform(arm.lower, arm.upper, shape) for rng in rngs])
+    start = initial + preset.spread * np.stack([rng.standard_normal(shape) for rng in rngs])
+    start[:, 0] = initial
+    return np.clip(start, arm.lower, arm.upper)
+
+
+def solve(
+    position: np.ndarray, tilt: np.ndarray, *, seed: int, preset: str | Preset = "good",
+    initial: np.ndarray | None = None, engine: str = "array", arm: Arm = ARM,
+) -> GeneticSolution:
+    """Find joint angles that bring the thumb's root to `position` (3,) [m] with `tilt` (3,) [rad] = (roll, pitch, yaw).
+
+    Frame: the abdomen's. seed: whole number >= 0; the same seed gives the same answer. preset: "good", "paper" or a
+    `Preset`. initial (7,) [rad]: where to begin, for a target near the last one. engine: "array", "deap" (one call for
+    the whole population), "literal" (DEAP as it comes: one individual at a time). arm: geometry and limits.
+
+    A target out of reach is a result, `converged` False. Ctrl-C ends the search and returns the best so far with
+    `interrupted` True (with nothing evaluated yet, KeyboardInterrupt goes on). Raises InvalidType or InvalidValue.
+    """
+    steps = evolve(position, tilt, seed=seed, preset=preset, initial=initial, engine=engine, arm=arm)
+    return _finish(steps, *target(position, tilt), find_preset(preset), arm)
+
+
+def _finish(steps: Iterator[Generation], position, tilt, preset: Preset, arm: Arm) -> GeneticSolution:
+    """Run the generations to their end, or to Ctrl-C, and return the best."""
+    seen, interrupted = [], False
+    try:
+        for step in steps:
+            seen.append((step.evaluations, step.best_fitness, float(step.fitness[len(step.fitness) // 2]), step.best))
+    except KeyboardInterrupt:
+        if not seen:
+            raise
+        interrupted = True
+    history = History(*map(np.array, zip(*seen, strict=True)))
+    return solution(
+        history.q[-1], position, tilt, arm=arm, reading=preset.reading, evaluations=history.evaluations[-1],
+        history=history, interrupted=interrupted,
+    )  # fmt: skip
+
+
+def solve_many(
+    positions: np.ndarray, tilts: np.ndarray, *, seeds: Sequence[int], preset: str | Preset = "good", arm: Arm = ARM
+) -> list[GeneticSolution]:
+    """`solve` for targets (n, 3) and as many seeds, several side by side in the same arrays: the fastest way.
+
+    Each answer is the one that `solve` gives to its target and seed. Raises InvalidType or InvalidValue.
+    """
+    preset, arm = find_preset(preset), as_arm(arm)
+    positions = finite_array("positions", positions, (-1, 3))
+    tilts, rngs = finite_array("tilts", tilts, positions.shape), [make_rng(seed) for seed in seeds]
+    if len(rngs) != len(positions):
+        raise InvalidValue("seeds", f"{len(rngs)} numbers", f"one for each of the {len(positions)} targets")
+    found, together = [], max(1, ROWS // preset.population)
+    for i in range(0, len(rngs), together):
+        block = slice(i, i + together)
+        found += _solve_block(positions[block], tilts[block], rngs[block], preset, arm)
+    return found
+
+
+def _solve_block(positions, tilts, rngs, preset: Preset, arm: Arm) -> list[GeneticSolution]:
+    value = objective(positions[:, None], tilts[:, None], **_readings(preset), arm=arm)
+    start = first_population(rngs, preset, None, arm)
+    best, lowest, seen = np.empty((len(rngs), 7)), np.full(len(rngs), np.inf), []
+    for population, values, evaluations in genetic_array.generations(value, start, rngs, preset):
+        better = values[:, 0] < lowest
+        best = np.where(better[:, None], population[:, 0], best)
+        lowest = np.where(better, values[:, 0], lowest)
+        seen.append((np.full(len(rngs), evaluations), lowest, values[:, preset.population // 2], best))
+    columns = [np.array(column) for column in zip(*seen, strict=True)]
+    histories = [History(*(column[:, i] for column in columns)) for i in range(len(rngs))]
+    return [
+        solution(h.q[-1], p, t, arm=arm, reading=preset.reading, evaluations=h.evaluations[-1], history=h)
+        for h, p, t in zip(histories, positions, tilts, strict=True)
+    ]
+
+
+def follow(
+    positions: np.ndarray, tilts: np.ndarray, *, seed: int, preset: str | Preset = "good",
+    initial: np.ndarray | None = None, seeded: bool = True, engine: str = "array", arm: Arm = ARM,
+) -> list[GeneticSolution]:
+    """Solve way points (n, 3) one after the other, each search begun at the last answer; tilts (n, 3), or one (3,).
+
+    So the arm stays in one of its many postures, and the motion between way points is short. The first search begins
+    at `initial` (7,), or anywhere when None; with `seeded` False so do all. Ctrl-C ends it: the list holds what there
+    is, the last one `interrupted`. Errors as in `solve`.
+    """
+    preset, arm, last = find_preset(preset), as_arm(arm), _initial(initial)
+    one_of("engine", engine, ENGINES)
+    positions = finite_array("positions", positions, (-1, 3))
+    tilts = finite_array("tilts", tilts, (3,) if np.ndim(tilts) < 2 else positions.shape)
+    tilts = np.broadcast_to(tilts, positions.shape)
+    found: list[GeneticSolution] = []
+    for i, (position, tilt) in enumerate(zip(positions, tilts, strict=True)):
+        steps = _evolve(position, tilt, make_rng(seed, i), preset, last, engine, arm)
+        found.append(_finish(steps, position, tilt, preset, arm))
+        if found[-1].interrupted:
+            break
+        last = found[-1].q if seeded else last
+    return found
+
+
+def _initial(initial: np.ndarray | None) -> np.ndarray | None:
+    return None if initial is None else finite_array("initial", initial, (7,))
+
+
+def _readings(preset: Preset) -> dict:
+    return {name: getattr(preset, name) for name in ("norm", "reading", "weight", "penalty")}
