@@ -14,15 +14,17 @@ PACKAGE = ROOT / "tutorialbot"
 LEVELS = (
     {"errors"},
     {"paths", "seeding", "runs"},
-    {"robots", "pose", "trajectory"},
+    {"robots", "pose", "trajectory", "measuring"},
     {"scene"},
     {"bo", "ik", "vox2c"},
-    {"viewers", "plots", "plots_door", "report", "checks", "studies", "bench", "door_bench", "headless", "stripping"},
+    {"viewers", "plots", "plots_door", "report", "checks", "studies", "headless", "stripping"}
+    | {"bench", "door_bench", "ga_bench"},
     {"doctor", "pictures"},
     {"commands"},
 )
 # Sibling rooms that may meet:
-EXCEPTIONS = {("trajectory", "pose"), ("bo", "ik.prioritized"), ("bench", "door_bench"), ("plots_door", "plots")}
+EXCEPTIONS = {("trajectory", "pose"), ("bo", "ik.prioritized"), ("plots_door", "plots")}
+EXCEPTIONS |= {("bench", "door_bench"), ("bench", "ga_bench")}
 STANDARD_ONLY = {"__init__", "__main__", "launch"}  # they run before anything is installed
 TOP = 5  # from this level on, drawing and printing are allowed
 ONLY_IN = {"torch": "vox2c", "ompl": "vox2c.planning"}

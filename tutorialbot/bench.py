@@ -28,9 +28,7 @@ def door(options: argparse.Namespace) -> RunRecord:
     first = door_bench.first_sections(max(1, round(0.2 * options.seeds)))
     values = {"summary": summary, "physics": physics, "rows": rows, "pairs": pairs, "first_sections": first}
     values["doors"] = doors
-    command = f"python3 -m tutorialbot bench door --seeds {options.seeds}"
-    command += f" --rows {options.rows}" if options.rows else ""
-    record = RunRecord("door", command, door_bench.FIRST_SEED, "paper", round(time.monotonic() - began, 1), values)
+    record = _record(options, door_bench.FIRST_SEED, began, values)
     _print_door(physics, rows)
     if pairs:
         print("\nimproved against improved, random, on the same doors")
@@ -39,6 +37,50 @@ def door(options: argparse.Namespace) -> RunRecord:
         print(f"first section, {name}: median {np.median(lowest):.2f} s of {len(lowest)} seeds")
     print("\n" + summary)
     return record
+
+
+def ga(options: argparse.Namespace) -> RunRecord:
+    """Paper 2: speed ratios; then presets, single operators and peers against the true optimum; then strokes."""
+    from tutorialbot import ga_bench
+
+    began = time.monotonic()
+    speed = ga_bench.speed()
+    _print_table(speed)
+    journal = paths.results() / "bench" / f"ga-{paths.source_digest()}.jsonl"
+    entries = ga_bench.study(ga_bench.study_cases(options.seeds)[: options.rows], journal, options.jobs)
+    rows = ga_bench.summarise(entries)
+    print()
+    _print_table(rows)
+    strokes = ga_bench.strokes(max(1, options.seeds // 3))
+    print()
+    _print_table(strokes)
+    summary = _ga_summary(speed, rows, strokes)
+    print("\n" + summary)
+    values = {"summary": summary, "speed": speed, "rows": rows, "strokes": strokes, "entries": entries}
+    return _record(options, ga_bench.FIRST_SEED, began, values)
+
+
+def _ga_summary(speed: list[dict], rows: list[dict], strokes: list[dict]) -> str:
+    def share(method: str, name: str) -> str:
+        found = [row for row in rows if row["method"] == method and row["targets"] != "random"]
+        n = sum(row["n"] for row in found)
+        return f"{100 * sum(row[name] * row['n'] for row in found) / n:.1f} %" if n else "(not run) %"
+
+    n = sum(row["n"] for row in rows if row["method"] == "good" and row["targets"] != "random")
+    faster = {row["how"]: row["times_faster"] for row in speed if row["what"] == "search"}
+    dense = max(row["deviation_worst"] for row in strokes if (row["search"], row["points"]) == ("seeded", 21))
+    return (
+        f"x and y within 1 mm in {share('good', 'within_1_mm')} and at the true optimum in {share('good', 'optimal')} "
+        f"of {n} searches (a plain algorithm: {share('paper', 'within_1_mm')} and {share('paper', 'optimal')}); arrays "
+        f"{faster['arrays, side by side']:.0f} times as fast as DEAP taken literally; a dense seeded stroke leaves its "
+        f"line by {dense:.2f} mm at most"
+    )
+
+
+def _record(options: argparse.Namespace, seed: int, began: float, values: dict) -> RunRecord:
+    command = f"python3 -m tutorialbot bench {options.name} --seeds {options.seeds}"
+    command += f" --rows {options.rows}" if options.rows else ""
+    return RunRecord(options.name, command, seed, "paper", round(time.monotonic() - began, 1), values)
 
 
 def _door_summary(rows: dict[str, dict]) -> str:
@@ -78,7 +120,8 @@ def _print_table(rows: list[dict]) -> None:
         print("".join(f"{line[name]!s:>{width}}" for name, width in widths.items()))
 
 
-BENCHMARKS = {"door": door}
+BENCHMARKS = {"door": door, "ga": ga}
+SEEDS = {"door": 100, "ga": 30}
 
 
 def main(argv: list[str]) -> int:
@@ -89,12 +132,13 @@ def main(argv: list[str]) -> int:
     """
     parser = argparse.ArgumentParser(prog="python3 -m tutorialbot bench", description=__doc__)
     parser.add_argument("name", help="one of: " + ", ".join(sorted(BENCHMARKS)))
-    parser.add_argument("--seeds", type=int, default=100, help="doors of the main rows (the others get less)")
+    parser.add_argument("--seeds", type=int, help=f"of the main rows, the others get less (default: {SEEDS})")
     parser.add_argument("--rows", type=int, help="only the first rows of the study, at least 2 (default: all)")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--out", type=Path, help="JSON file to write (default: results/bench/NAME.json)")
     options = parser.parse_args(argv)
     run = BENCHMARKS[one_of("name", options.name, BENCHMARKS)]
+    options.seeds = SEEDS[options.name] if options.seeds is None else options.seeds
     whole_number("--seeds", options.seeds, 1), whole_number("--jobs", options.jobs, 1)
     if options.rows is not None:
         whole_number("--rows", options.rows, 2)

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from joblib import Parallel, delayed
 from scipy.stats import binomtest
 
 from tutorialbot import paths
@@ -16,6 +15,7 @@ from tutorialbot.bo.objective import DoorTask, execute
 from tutorialbot.bo.optimizers import RandomSearch, SkoptSearch, TwistSearch
 from tutorialbot.bo.presets import PRESETS, Preset
 from tutorialbot.bo.search import DoorRun, search
+from tutorialbot.measuring import cpu_seconds, run_all, wilson
 from tutorialbot.runs import Journal, progress
 from tutorialbot.scene.door import Door
 from tutorialbot.seeding import make_rng
@@ -136,9 +136,7 @@ def study(cases: list[Case], path: Path, jobs: int = 2) -> list[dict]:
         done = {_key(entry) for entry in journal.entries}
         wanted = [(case, FIRST_SEED + i) for case in cases for i in range(case.seeds)]
         wanted = [(case, seed) for case, seed in wanted if _key({**asdict(case), "seed": seed}) not in done]
-        results = Parallel(n_jobs=jobs, return_as="generator_unordered")(delayed(one_door)(*item) for item in wanted)
-        for result in progress(results, total=len(wanted), description="doors"):
-            journal.append(result)
+        run_all(one_door, wanted, journal, jobs, "doors")
         asked = {_row(asdict(case)): case.seeds for case in cases}
         return [e for e in journal.entries if e["seed"] < FIRST_SEED + asked.get(_row(e), 0)]
 
@@ -220,24 +218,13 @@ def _median(doors: list[dict], name: str) -> float | None:
     return float(np.median([door[name] for door in doors])) if doors else None
 
 
-def wilson(successes: int, trials: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a share: the one that still says something at 0 and at 100 %."""
-    interval = binomtest(successes, trials).proportion_ci(method="wilson")
-    return float(interval.low), float(interval.high)
-
-
 def physics(repeats: int = 10) -> dict:
     """Return seconds of one core, least of `repeats`: a step, a trial of 4 s, restoring against replaying sections."""
     task = DoorTask(Door())
     simulation = task.simulation
 
     def least(action: Callable[[], object]) -> float:
-        times = []
-        for _ in range(repeats):
-            began = time.process_time()
-            action()
-            times.append(time.process_time() - began)
-        return min(times)
+        return cpu_seconds({"": action}, repeats)[""]
 
     simulation.restore(task.here)
     steps = 2000

@@ -8,17 +8,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tutorialbot.errors import InvalidType, InvalidValue
-from tutorialbot.ik.arm7 import (
-    ARM,
-    LIMITS,
-    Arm,
-    conjugate,
-    forward_kinematics,
-    forward_kinematics_scalar,
-    product,
-    quaternion,
-    rotate,
-)
+from tutorialbot.ik.arm7 import ARM, LIMITS, Arm, forward_kinematics, forward_kinematics_scalar
+from tutorialbot.ik.quaternions import conjugate, product, quaternion, rotate
 from tutorialbot.ik.tilts import READINGS
 
 AXES = {"x": pin.JointModelRX, "y": pin.JointModelRY, "z": pin.JointModelRZ}
@@ -127,6 +118,9 @@ def test_a_target_means_what_its_reading_says(name):
     for shift in (0.0, 2 * np.pi):
         error = read.error(found, read.wanted(tilt + [0.0, 0.0, shift]))
         np.testing.assert_allclose(error, 0.0, atol=2e-7)
+    turned = Rotation.from_euler(read.order.upper(), tilt[:, ["xyz".index(axis) for axis in read.order]])
+    same = np.abs((turned.as_quat(scalar_first=True) * read.quaternion(tilt).T).sum(axis=1))
+    np.testing.assert_allclose(same, 1.0, atol=1e-12)
 
 
 def test_pitch_first_is_regular_where_the_paper_is_and_zyx_is_not():

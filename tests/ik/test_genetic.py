@@ -298,9 +298,11 @@ def test_a_seeded_stroke_is_short_and_straight():
     assert all(one.converged for one in [*seeded, *cold])
     assert travel(seeded) < 0.25 * travel(cold)
     q = np.array([one.q for one in seeded])
-    between = np.concatenate([np.linspace(a, b, 20) for a, b in zip(q[:-1], q[1:], strict=True)])
-    tip = genetic.forward_kinematics(between)[0]
-    assert np.abs(tip[:, 1:] - [0.1, 0.1]).max() < 1e-3
+    path = genetic.tip_path(q)
+    assert path.shape == (20 * 20 + 1, 3) and np.abs(path[:, 1:] - 0.1).max() < 1e-3
+    away = genetic.deviation(path, stroke(2)[0], stroke(2)[1])
+    np.testing.assert_allclose(away, np.hypot(*(path[:, 1:] - 0.1).T), atol=1e-12)
+    np.testing.assert_allclose(path[::20], genetic.forward_kinematics(q)[0], atol=1e-12)
     assert np.abs(np.diff(q, axis=0)).max() < 0.2
 
 
@@ -350,6 +352,10 @@ def test_wrong_names_are_refused():
         solve(NEAR, TILT, seed=1, initial=np.zeros(6))
     with pytest.raises(InvalidValue, match="seeds"):
         genetic.solve_many([NEAR], [TILT], seeds=[1, 2])
+    with pytest.raises(InvalidValue, match="^q = '1 configurations'"):
+        genetic.tip_path(np.zeros((1, 7)))
+    with pytest.raises(InvalidValue, match="^end = "):
+        genetic.deviation(np.zeros((2, 3)), NEAR, NEAR)
     with pytest.raises(InvalidValue, match="tilts"):
         follow(stroke(3), np.zeros((2, 3)), seed=1)
 

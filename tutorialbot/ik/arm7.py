@@ -5,7 +5,7 @@ lengths and no limits: these are reconstructed so that the errors of its section
 would do as well.
 
 Twice the same mathematics: one configuration at a time, as the equations are written (`forward_kinematics_scalar`),
-and thousands at once (`forward_kinematics`). Quaternions are (w, x, y, z); in the batched half components come first.
+and thousands at once (`forward_kinematics`); in the batched half components come first.
 """
 
 import math
@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tutorialbot.errors import InvalidValue, finite_array, finite_number, one_of
+from tutorialbot.ik.quaternions import conjugate, product, quaternion, rotate
 from tutorialbot.ik.tilts import READINGS
 
 LIMITS = (  # what stops each joint at its lower and at its upper limit
@@ -29,8 +30,6 @@ LIMITS = (  # what stops each joint at its lower and at its upper limit
 SHOULDER, UPPER_ARM, FOREARM, HAND = (0.0, 0.16, 0.38), (0.0, 0.0, -0.31), (0.0, 0.0, -0.23), (0.03, 0.0, -0.08)
 X, Y, Z, NONE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
 LOWER_DEG, UPPER_DEG = (-180, -20, -90, -145, -90, -60, -15), (60, 120, 90, 0, 90, 60, 30)
-
-Quaternion = Sequence[float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,34 +91,6 @@ class Arm:
 
 
 # -- one configuration at a time, as the paper writes it ----------------------------------------------------------
-
-
-def quaternion(angle: float, axis: Sequence[float]) -> Quaternion:
-    """Return the rotation by `angle` [rad] about the unit vector `axis` (3,). Paper 2, eq. (1)."""
-    c, s = math.cos(angle / 2), math.sin(angle / 2)
-    return c, s * axis[0], s * axis[1], s * axis[2]
-
-
-def product(a: Quaternion, b: Quaternion) -> Quaternion:
-    """Return Hamilton's product a b: the turn b, in axes that a has turned already."""
-    aw, ax, ay, az = a
-    bw, bx, by, bz = b
-    return (
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-    )
-
-
-def conjugate(a: Quaternion) -> Quaternion:
-    """Return the inverse of a unit quaternion."""
-    return a[0], -a[1], -a[2], -a[3]
-
-
-def rotate(a: Quaternion, v: Sequence[float]) -> Sequence[float]:
-    """Return the vector v (3,), turned: a v a*."""
-    return product(product(a, (0.0, *v)), conjugate(a))[1:]
 
 
 def forward_kinematics_scalar(q: Sequence[float], *, arm: "Arm | None" = None) -> tuple[list[float], list[float]]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tutorialbot.errors import InvalidValue, finite_array, one_of
+from tutorialbot.errors import InvalidValue, finite_array, one_of, whole_number
 from tutorialbot.ik import genetic_array
 from tutorialbot.ik.arm7 import ARM, LIMITS, Arm, forward_kinematics, forward_kinematics_scalar
 from tutorialbot.ik.fitness import (
@@ -29,8 +29,8 @@ from tutorialbot.seeding import make_rng
 
 __all__ = [
     "ARM", "ENGINES", "GOOD", "LIMITS", "PAPER", "PRESETS", "Arm", "Generation", "GeneticSolution", "History", "Preset",
-    "evolve", "find_preset", "fitness", "fitness_scalar", "follow", "forward_kinematics", "forward_kinematics_scalar",
-    "from_paper_to_good", "optimum", "solve", "solve_many",
+    "deviation", "evolve", "find_preset", "fitness", "fitness_scalar", "follow", "forward_kinematics",
+    "forward_kinematics_scalar", "from_paper_to_good", "optimum", "solve", "solve_many", "tip_path",
 ]  # fmt: skip
 
 ENGINES = ("array", "deap", "literal")
@@ -197,6 +197,29 @@ def follow(
             break
         last = found[-1].q if seeded else last
     return found
+
+
+def tip_path(q: np.ndarray, *, between: int = 20, arm: Arm = ARM) -> np.ndarray:
+    """Return the way of the thumb's root (m, 3) [m] when all joints move evenly from each of q (n, 7) to the next.
+
+    `between`: steps from one way point to the next; m = (n - 1) between + 1.
+    """
+    q = finite_array("q", q, (-1, 7))
+    if len(q) < 2:
+        raise InvalidValue("q", f"{len(q)} configurations", "two or more")
+    share = np.arange(whole_number("between", between, 1))[:, None] / between
+    steps = q[:-1, None] + share * (q[1:] - q[:-1])[:, None]
+    return forward_kinematics(np.concatenate([steps.reshape(-1, 7), q[-1:]]), arm=arm)[0]
+
+
+def deviation(path: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return how far each point of `path` (m, 3) is from the straight line through `start` and `end` (3,): (m,) [m]."""
+    start, end = finite_array("start", start, (3,)), finite_array("end", end, (3,))
+    if (start == end).all():
+        raise InvalidValue("end", end.tolist(), "another point than the start")
+    along = (end - start) / np.linalg.norm(end - start)
+    away = finite_array("path", path, (-1, 3)) - start
+    return np.linalg.norm(away - (away @ along)[:, None] * along, axis=1)
 
 
 def _initial(initial: np.ndarray | None) -> np.ndarray | None:

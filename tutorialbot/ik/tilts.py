@@ -14,7 +14,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+
+from tutorialbot.ik.quaternions import product
 
 TURN = 2.0 * np.pi
 
@@ -22,12 +23,12 @@ TURN = 2.0 * np.pi
 @dataclass(frozen=True)
 class Reading:
     """tilt: quaternions (4, ...) -> (k, ...); error: found (k, ...), wanted (k, ...) -> difference (m, ...);
-    order: how a target's (roll, pitch, yaw) composes, in the letters of scipy's Rotation.
+    order: the axes about which a target turns, one after the other, each turned by those before it.
     """
 
     tilt: Callable[[np.ndarray], np.ndarray]
     error: Callable[[np.ndarray, np.ndarray], np.ndarray]
-    order: str = "YXZ"
+    order: str = "yxz"
 
     def wanted(self, tilt: np.ndarray) -> np.ndarray:
         """Return what a target tilt (..., 3) [rad] is in this reading, (k, ...)."""
@@ -35,9 +36,11 @@ class Reading:
 
     def quaternion(self, tilt: np.ndarray) -> np.ndarray:
         """Return the target's orientation as a quaternion (4, ...), w first, for tilt (..., 3) = (roll, pitch, yaw)."""
-        angles = tilt.reshape(-1, 3)[:, ["XYZ".index(letter) for letter in self.order]]
-        turned = Rotation.from_euler(self.order, angles).as_quat(scalar_first=True)
-        return turned.T.reshape(4, *tilt.shape[:-1])
+        cos, sin, turned = np.cos(0.5 * tilt), np.sin(0.5 * tilt), (1.0, 0.0, 0.0, 0.0)
+        for axis in self.order:
+            i = "xyz".index(axis)
+            turned = product(turned, (cos[..., i], *(sin[..., i] if axis == other else 0.0 for other in "xyz")))
+        return np.array(turned)
 
 
 def pitch_first(turned: np.ndarray) -> np.ndarray:
@@ -97,7 +100,7 @@ def _geodesic(found: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 READINGS = {
     "pitch-first": Reading(pitch_first, _angles),
-    "zyx": Reading(zyx, _angles, "ZYX"),
+    "zyx": Reading(zyx, _angles, "zyx"),
     "geodesic": Reading(lambda turned: turned, _geodesic),
     "two vectors": Reading(two_vectors, np.subtract),
     "one vector": Reading(downward, np.subtract),
