@@ -147,6 +147,15 @@ def plot_tip_paths(ax: Axes, paths: Mapping[str, np.ndarray], targets: np.ndarra
     return ax
 
 
+def plot_deviation(ax: Axes, curves: Mapping[str, np.ndarray]) -> Axes:
+    """Draw how far the tip is from the straight line along a stroke, logarithmic; curves: label -> (n,) [m]."""
+    for i, (label, away) in enumerate(curves.items()):
+        share = np.linspace(0.0, 100.0, len(away))
+        ax.plot(share, np.maximum(1000 * np.asarray(away), 1e-3), color=f"C{i}", lw=1.5, label=label)
+    ax.set(yscale="log", xlabel="share of the stroke [%]", ylabel="deviation [mm]")
+    return ax
+
+
 def plot_coverage(ax: Axes, floor: np.ndarray, pieces: Sequence[np.ndarray], cells: Mapping[str, np.ndarray]) -> Axes:
     """Draw a room from above: floor (k, 2), furniture (k, 2) each, and cells by what became of them.
 
