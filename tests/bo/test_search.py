@@ -106,7 +106,8 @@ def test_an_interrupt_loses_nothing_and_the_same_call_goes_on(monkeypatch):
 def test_another_call_does_not_take_the_journal(monkeypatch):
     monkeypatch.setattr(DoorTask, "commit", lambda self, c: (_ for _ in ()).throw(KeyboardInterrupt))
     paper = PRESETS["paper"]
-    calls = ((6, Door(), paper), (7, Door(), paper), (6, Door(mass=13.0), paper), (6, Door(), replace(paper, patience=1)))
+    patient = replace(paper, patience=1)
+    calls = ((6, Door(), paper), (7, Door(), paper), (6, Door(mass=13.0), paper), (6, Door(), patient))
     for seed, door, preset in calls:
         with pytest.raises(KeyboardInterrupt):
             open_door(door, seed=seed, preset=preset, trials_per_section=3)
