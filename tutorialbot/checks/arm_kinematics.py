@@ -135,7 +135,7 @@ def _judge_jacobian(student: Student) -> None:
     reason = "The seven-axis arm: three axes in the shoulder, three in the wrist, with no link between them."
     for q in rng.uniform(ARM.lower, ARM.upper, (10, 7)):
         trial("seven axes", reason, q, ARM.axes, ARM.offsets)
-    reason = "Right to some digits, as small steps give it. The formula by axes and levers is exact to 1e-12, and cheaper."
+    reason = "Right to some digits, as small steps give it. By axes and levers it is exact to 1e-12, and cheaper."
     for q in rng.uniform(ARM.lower, ARM.upper, (10, 7)):
         trial("no small steps", reason, q, ARM.axes, ARM.offsets, 1e-12, "no small steps")
 
@@ -190,13 +190,13 @@ def _judge_tilts(student: Student) -> None:
     reason = "R = Ry(pitch) Rx(roll) Rz(yaw): another order gives other angles as soon as two of them are not zero."
     for _ in range(8):
         trial("order of the turns", reason, rng.uniform(-1.2, 1.2, 3))
-    reason = "The target of Table 1: a pitch of -90 degrees is nothing special in this order, and singular in the usual one."
+    reason = "Table 1 asks for a pitch of -90 degrees: nothing special in this order, singular in the usual one."
     for roll, pitch, yaw in ([0.0, 0.0, 0.0], *rng.uniform(-0.02, 0.02, (3, 3)), *rng.uniform(-1.0, 1.0, (3, 3))):
         trial("pitch of -90 degrees", reason, [roll, 0.02 * pitch - right, yaw])
-    reason = "A quotient cannot tell an angle from the opposite one: look at both signs. The first roll is within 90 degrees."
+    reason = "A quotient cannot tell an angle from the opposite one: look at both signs. Roll is within 90 degrees."
     for tilt in rng.uniform([-1.5, -full, -full], [1.5, full, full], (20, 3)):
         trial("every quadrant", reason, tilt)
-    reason = "At a roll of 90 degrees pitch and yaw turn about one axis: any pair that composes to R will do, none is NaN."
+    reason = "At a roll of 90 degrees pitch and yaw turn about one axis: any pair that composes to R will do."
     for roll, pitch, yaw in rng.uniform(-full, full, (12, 3)):
         for beyond in (0.0, 1e-15):  # which rounding may bring
             matrix = composed(np.array([np.copysign(right, roll), pitch, yaw]))
@@ -212,10 +212,10 @@ both_tilts = Exercise(
     "the two triples (roll, pitch, yaw) that name an attitude, pitch first.",
     (
         "Multiply Ry Rx Rz out on paper. One row and one column of R hold products of two factors only.",
-        "R[1, 2] = -sin(roll), R[0, 2] = sin(pitch) cos(roll), R[2, 2] = cos(pitch) cos(roll), and R[1, 0], R[1, 1] tell"
-        " yaw the same way. `np.arctan2` of both; clip what goes into arcsin.",
-        "The other triple is (pi - roll, pitch + pi, yaw + pi). When R[1, 0] and R[1, 1] both vanish, yaw may be 0: then"
-        " pitch is the arctan2 of -R[2, 0] and R[0, 0].",
+        "R[1, 2] = -sin(roll), R[0, 2] = sin(pitch) cos(roll), R[2, 2] = cos(pitch) cos(roll); R[1, 0] and R[1, 1]"
+        " tell yaw the same way. `np.arctan2` of both; clip what goes into arcsin.",
+        "The other triple is (pi - roll, pitch + pi, yaw + pi). When R[1, 0] and R[1, 1] both vanish, yaw may be 0:"
+        " then pitch is the arctan2 of -R[2, 0] and R[0, 0].",
     ),
     _judge_tilts,
 )
