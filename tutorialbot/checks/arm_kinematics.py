@@ -190,12 +190,12 @@ def _judge_tilts(student: Student) -> None:
     reason = "R = Ry(pitch) Rx(roll) Rz(yaw): another order gives other angles as soon as two of them are not zero."
     for _ in range(8):
         trial("order of the turns", reason, rng.uniform(-1.2, 1.2, 3))
-    reason = "Table 1 asks for a pitch of -90 degrees: nothing special in this order, singular in the usual one."
-    for roll, pitch, yaw in ([0.0, 0.0, 0.0], *rng.uniform(-0.02, 0.02, (3, 3)), *rng.uniform(-1.0, 1.0, (3, 3))):
-        trial("pitch of -90 degrees", reason, [roll, 0.02 * pitch - right, yaw])
     reason = "A quotient cannot tell an angle from the opposite one: look at both signs. Roll is within 90 degrees."
     for tilt in rng.uniform([-1.5, -full, -full], [1.5, full, full], (20, 3)):
         trial("every quadrant", reason, tilt)
+    reason = "Table 1 asks for a pitch of -90 degrees: nothing special in this order, singular in the usual one."
+    for roll, pitch, yaw in ([0.0, 0.0, 0.0], *rng.uniform(-0.02, 0.02, (3, 3)), *rng.uniform(-1.0, 1.0, (3, 3))):
+        trial("pitch of -90 degrees", reason, [roll, 0.02 * pitch - right, yaw])
     reason = "At a roll of 90 degrees pitch and yaw turn about one axis: any pair that composes to R will do."
     for roll, pitch, yaw in rng.uniform(-full, full, (12, 3)):
         for beyond in (0.0, 1e-15):  # which rounding may bring
