@@ -6,6 +6,8 @@ submission are written as the work goes; the same call goes on where it stopped,
 
 The checks say which rule was broken also when somebody tampers with them; yet a submission shares a process with its
 judge, so look twice at marks that surprise you.
+
+All notebooks' exercises are looked for in each submission; of a notebook that it has nothing of, it says only that.
 """
 
 import argparse
@@ -25,7 +27,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from tutorialbot.checks.mechanism import OUTCOMES  # noqa: E402
+from tutorialbot.checks.mechanism import CORRECT, OUTCOMES  # noqa: E402
 from tutorialbot.errors import TutorialbotError  # noqa: E402
 from tutorialbot.runs import Journal, progress  # noqa: E402
 
@@ -130,14 +132,39 @@ def mark(path: Path, names: list[str], seconds: float, memory: float) -> tuple[l
     return verdicts, output
 
 
+def sets() -> dict[str, list[str]]:
+    """Return the names of the exercises, by notebook; the first call loads everything that they need."""
+    from tutorialbot.checks.sets import SETS
+
+    return {title: [exercise.name for exercise in exercises] for title, exercises in SETS.items()}
+
+
+def handed_in(verdicts: list[dict]) -> bool:
+    """Whether the submission has any of these exercises."""
+    return any(verdict["check"] != "handed in" for verdict in verdicts)
+
+
+def count(verdicts: list[dict]) -> str:
+    """Return how many are correct, of how many of the notebooks that the submission has something of."""
+    by_name = {verdict["exercise"]: verdict for verdict in verdicts}
+    seen = [[by_name[name] for name in names if name in by_name] for names in sets().values()]
+    counted = [verdict for its in seen if handed_in(its) for verdict in its]
+    return f"{sum(verdict['outcome'] == CORRECT for verdict in counted)} of {len(counted)}"
+
+
 def feedback(name: str, verdicts: list[dict], output: str) -> str:
     """Return the text of the feedback file."""
-    correct = sum(verdict["outcome"] == "correct" for verdict in verdicts)
-    lines = [f"# {name}", "", f"{correct} of {len(verdicts)} exercises are correct.", ""]
-    for verdict in verdicts:
-        check = f" ({verdict['check']})" if verdict["check"] else ""
-        lines += [f"## {verdict['exercise']}: {verdict['outcome']}{check}", ""]
-        lines += [*(f"    {line}" for line in verdict["message"].splitlines()), ""] if verdict["message"] else []
+    lines, by_name = [f"# {name}", ""], {verdict["exercise"]: verdict for verdict in verdicts}
+    for title, names in sets().items():
+        its = [by_name[name] for name in names if name in by_name]
+        if not handed_in(its):
+            lines += [f"Nothing of the exercises `{title}`.", ""]
+            continue
+        lines += [f"{count(its)} exercises `{title}` are correct.", ""]
+        for verdict in its:
+            check = f" ({verdict['check']})" if verdict["check"] else ""
+            lines += [f"## {verdict['exercise']}: {verdict['outcome']}{check}", ""]
+            lines += [*(f"    {line}" for line in verdict["message"].splitlines()), ""] if verdict["message"] else []
     if output.strip():
         lines += ["## What was printed (the beginning)", "", *(f"    {line}" for line in output.splitlines()), ""]
     return "\n".join(lines)
@@ -175,9 +202,7 @@ def digest_of(path: Path) -> str:
 
 def grade(folder: Path, out: Path, seconds: float, memory: float, fresh: bool) -> int:
     """Mark everything in `folder` that is new or changed; returns the exit status."""
-    from tutorialbot.checks import door
-
-    names = [exercise.name for exercise in door.EXERCISES]
+    names = [name for those in sets().values() for name in those]
     found = submissions(folder, out)
     if not found:
         print(f"{folder}: no notebook and no .py file in it", file=sys.stderr)
@@ -199,7 +224,7 @@ def grade(folder: Path, out: Path, seconds: float, memory: float, fresh: bool) -
             (out / f"{name.replace('/', '__')}.md").write_text(text, encoding="utf-8", errors="replace")
             write_csv(out / "marks.csv", [marks[n] for n in marks if (folder / n).exists()], names)
     for name in sorted(marks):
-        print(f"{sum(v['outcome'] == 'correct' for v in marks[name]['verdicts']):2d} of {len(names)}  {name}")
+        print(f"{count(marks[name]['verdicts']):>8}  {name}")
     print(f"{out / 'marks.csv'}")
     return 0
 

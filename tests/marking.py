@@ -19,8 +19,8 @@ if __name__ == "__main__":
     sys.path[0] = str(Path(__file__).resolve().parent.parent)  # the project, and not tests/, where the solutions lie
     sys.modules["tests"] = None
 
-from tutorialbot.checks import door
-from tutorialbot.checks.mechanism import Exercise
+from tutorialbot.checks.mechanism import NOT_ATTEMPTED, Exercise
+from tutorialbot.checks.sets import SETS
 
 KEPT = 4_000  # characters of a message
 LARGEST = 5_000_000  # bytes of a file that a submission may write
@@ -102,7 +102,7 @@ def mark_one(path: Path, names: list[str], channel: int, memory: float) -> None:
         os.write(channel, json.dumps(line).encode() + b"\n")
 
     judge = Exercise.verdict
-    exercises = {exercise.name: exercise for exercise in door.EXERCISES}
+    exercises = {exercise.name: exercise for those in SETS.values() for exercise in those}
     limits = {resource.RLIMIT_AS: int(memory * 1e9), resource.RLIMIT_FSIZE: LARGEST, resource.RLIMIT_CORE: 0}
     for kind, size in limits.items():
         resource.setrlimit(kind, (size, size))
@@ -122,7 +122,7 @@ def mark_one(path: Path, names: list[str], channel: int, memory: float) -> None:
     for name in names:
         function = space.get(name)
         if not callable(function):
-            tell(name, "not attempted", "", f"There is no function called {name}.")
+            tell(name, NOT_ATTEMPTED, "handed in", f"There is no function called {name}.")
             continue
         verdict = judge(exercises[name], function)
         sys.stdout.flush()

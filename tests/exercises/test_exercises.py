@@ -7,25 +7,25 @@ import numpy as np
 import pytest
 
 import tutorialbot.bo.objective
-from tests.exercises import solutions
-from tests.exercises.wrong_answers import WRONG
-from tutorialbot.checks import door, door_motion, door_physics, guard, mechanism
+from tests.exercises import solutions_door
+from tests.exercises.sets import EXERCISES, PLANTED, SOLUTIONS, WRONG
+from tutorialbot.checks import arm_optimum, door_motion, door_physics, guard, mechanism
 from tutorialbot.errors import InvalidType, InvalidValue
-
-EXERCISES = {exercise.name: exercise for exercise in door.EXERCISES}
+from tutorialbot.paths import ROOT
 
 
 @pytest.fixture
 def tools(monkeypatch):
     """Put back what a wrong answer replaces."""
     for owner, name in ((tutorialbot.bo.objective, "so4_distance"), (np.linalg, "norm"), (mechanism, "agree"),
-                        (tutorialbot.bo.objective.DoorTask, "commit")):  # fmt: skip
+                        (tutorialbot.bo.objective.DoorTask, "commit"),
+                        (arm_optimum, "NEAR_POSITION")):  # fmt: skip
         monkeypatch.setattr(owner, name, getattr(owner, name))
 
 
 @pytest.mark.parametrize("name", EXERCISES)
 def test_the_solution_is_correct(name):
-    verdict = EXERCISES[name].verdict(getattr(solutions, name))
+    verdict = EXERCISES[name].verdict(SOLUTIONS[name])
     assert (verdict.outcome, verdict.check, verdict.message) == ("correct", "", "")
 
 
@@ -47,20 +47,28 @@ def test_the_wrong_answer_is_rejected_by_its_check(function, name, check, outcom
     assert len(capsys.readouterr().out) < 3_000
 
 
-def test_every_exercise_has_a_solution_three_wrong_answers_and_hints():
-    planted = Counter(name for _, name, *_ in WRONG)
-    assert set(planted) == set(EXERCISES)
-    assert len(EXERCISES) >= 8
-    for name, exercise in EXERCISES.items():
+@pytest.mark.parametrize(("title", "least"), [("door", 8), ("arm", 7)])
+def test_every_exercise_has_a_solution_three_wrong_answers_and_hints(title, least):
+    names = [exercise.name for exercise in PLANTED[title].exercises]
+    planted = Counter(name for _, name, *_ in PLANTED[title].wrong)
+    assert set(planted) == set(names)
+    assert len(set(names)) >= least
+    for name in names:
         assert planted[name] >= 3
-        assert len(exercise.hints) >= 3
-        assert list(inspect.signature(getattr(solutions, name)).parameters)
+        assert len(EXERCISES[name].hints) >= 3
+        assert list(inspect.signature(SOLUTIONS[name]).parameters)
+
+
+def test_no_two_exercises_or_answers_share_a_name():
+    names = [exercise.name for planted in PLANTED.values() for exercise in planted.exercises]
+    answers = [function.__name__ for function, *_ in WRONG]
+    assert len(names) == len(set(names)) and len(answers) == len(set(answers))
 
 
 def test_no_solution_is_in_the_package():
-    for name in EXERCISES:
-        function = inspect.getsource(getattr(solutions, name))
-        assert function not in inspect.getsource(door)
+    package = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "tutorialbot").rglob("*.py"))
+    for name, function in SOLUTIONS.items():
+        assert inspect.getsource(function).partition("\n")[2] not in package
         assert not hasattr(EXERCISES[name], "solution")
 
 
@@ -93,9 +101,9 @@ def test_hints_come_one_at_a_time(capsys):
 
 def test_misuse_is_an_error_of_ours():
     with pytest.raises(InvalidType, match="function"):
-        EXERCISES["lengths"].verdict(solutions.lengths(0.5))
+        EXERCISES["lengths"].verdict(solutions_door.lengths(0.5))
     with pytest.raises(InvalidValue, match="limit"):
-        EXERCISES["lengths"].verdict(solutions.lengths, limit=0.0)
+        EXERCISES["lengths"].verdict(solutions_door.lengths, limit=0.0)
 
 
 def test_a_rule_that_was_softened_is_noticed(monkeypatch):

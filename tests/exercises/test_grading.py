@@ -14,16 +14,15 @@ import nbformat
 import pytest
 
 from tests import grading, marking
-from tests.exercises import solutions
-from tutorialbot.checks import door
+from tests.exercises.sets import PLANTED, SOLUTIONS
 from tutorialbot.paths import ROOT
 
-NAMES = [exercise.name for exercise in door.EXERCISES]
-IMPORTS = inspect.getsource(solutions).partition("\n\n\ndef ")[0]
+NAMES = list(SOLUTIONS)
+IMPORTS = [inspect.getsource(planted.solutions).partition("\n\n\ndef ")[0] for planted in PLANTED.values()]
 
 
 def solved(*names):
-    return "\n\n\n".join([IMPORTS, *(inspect.getsource(getattr(solutions, name)) for name in names)])
+    return "\n\n\n".join([*IMPORTS, *(inspect.getsource(SOLUTIONS[name]) for name in names)])
 
 
 def notebook(path, *sources):
@@ -59,9 +58,25 @@ def test_good_stub_and_broken_submissions_get_their_marks(tmp_path):
     assert rows["good.ipynb"]["base_twist"] == "not attempted"
     assert {rows["broken.ipynb"][name] for name in NAMES} == {"error"}
     text = (tmp_path / "marks" / "good.ipynb.md").read_text()
-    assert "2 of 10 exercises are correct" in text
+    assert "2 of 10 exercises `door` are correct" in text and "Nothing of the exercises `arm`" in text
+    assert "2 of 10  good.ipynb" in done.stdout
     assert "<cell 6> cannot be read" in text
     assert "JSONDecodeError" in (tmp_path / "marks" / "broken.ipynb.md").read_text()
+
+
+def test_one_submission_may_hold_the_exercises_of_both_notebooks(tmp_path):
+    mine = [solved("lengths"), solved("expected_children", "both_tilts"), "def turn_all(q, v):\n    return v"]
+    notebook(tmp_path / "both.ipynb", *mine)
+    notebook(tmp_path / "second.ipynb", *mine[1:])
+    done = grade(tmp_path)
+    assert "3 of 17  both.ipynb" in done.stdout and "2 of 7  second.ipynb" in done.stdout
+    rows = marks(tmp_path)
+    assert {name for name in NAMES if rows["both.ipynb"][name] == "correct"} == {
+        "lengths", "expected_children", "both_tilts"
+    }  # fmt: skip
+    assert rows["both.ipynb"]["turn_all"] == "incorrect"
+    text = (tmp_path / "marks" / "second.ipynb.md").read_text()
+    assert "Nothing of the exercises `door`" in text and "turn_all: incorrect (one turn)" in text
 
 
 def test_only_what_is_needed_runs():
@@ -136,8 +151,8 @@ def two_numbers(v):
 """
 COPIES = """
 def lengths(c5):
-    from tests.exercises import solutions
-    return solutions.lengths(c5)
+    from tests.exercises import solutions_door
+    return solutions_door.lengths(c5)
 """
 CRASHES = "import os\ndef lengths(c5): os.kill(os.getpid(), 11)\n"
 PRINTS = "import os\ndef lengths(c5):\n    while True: os.write(1, b'x' * 65536)\n"

@@ -6,6 +6,7 @@ import numpy as np
 
 from tutorialbot.bo.objective import DoorTask, new_pose_cost
 from tutorialbot.bo.space import SearchSpace
+from tutorialbot.checks.counting import Counted
 from tutorialbot.checks.guard import Student, Wrong, show
 from tutorialbot.checks.mechanism import Exercise, numbers
 from tutorialbot.scene.door import Door
@@ -28,30 +29,6 @@ def unknown_door() -> Door:
     )
 
 
-class Counted:
-    """An objective that may be asked only so often, at points of the cube; what students get is `evaluate`."""
-
-    def __init__(self, function: Callable[[np.ndarray], float], budget: int):
-        self.costs: list[float] = []
-        self.broken: Wrong | None = None
-
-        def evaluate(c: np.ndarray) -> float:
-            try:
-                c = inside(c)
-                if len(self.costs) >= budget:
-                    raise Wrong(
-                        "budget",
-                        f"evaluation number {budget + 1} of {budget}: each one is a move of a real robot.",
-                    )
-            except Wrong as wrong:
-                self.broken = self.broken or wrong
-                raise
-            self.costs.append(float(function(c)))
-            return self.costs[-1]
-
-        self.evaluate = evaluate
-
-
 def inside(c: np.ndarray) -> np.ndarray:
     """Return c as five numbers in [-1, 1]; raises Wrong by the checks on numbers or by "inside the cube"."""
     c = numbers(c, (5,), ())
@@ -63,7 +40,7 @@ def inside(c: np.ndarray) -> np.ndarray:
 def _ask(
     student: Student, function: Callable[[np.ndarray], float], budget: int, seed: int
 ) -> tuple[np.ndarray, Counted]:
-    counted = Counted(function, budget)
+    counted = Counted(function, budget, inside, "each one is a move of a real robot.")
     try:
         answer = student(counted.evaluate, budget, make_rng(SEED, 9, seed))
     finally:

@@ -1,4 +1,4 @@
-"""Planted wrong answers, each in a function of its own, with the exercise and the check that must reject it."""
+"""Planted wrong answers to notebook 1's exercises, each with the exercise and the check that must reject it."""
 
 import copy
 import time as clock
@@ -8,8 +8,9 @@ import numpy as np
 import pinocchio as pin
 
 import tutorialbot.bo.objective
-from tests.exercises import solutions
+from tests.exercises import solutions_door as solutions
 from tests.exercises.by_heart import ideal_path
+from tests.exercises.planting import wrong_into
 from tutorialbot.bo.optimizers import RandomSearch, TwistSearch
 from tutorialbot.bo.space import to_sphere
 from tutorialbot.checks import mechanism
@@ -18,14 +19,7 @@ from tutorialbot.scene.door import Door
 from tutorialbot.trajectory import PoseTrajectory
 
 WRONG = []  # (function, exercise, check, outcome)
-
-
-def wrong(exercise, check, outcome="incorrect"):
-    def plant(function):
-        WRONG.append((function, exercise, check, outcome))
-        return function
-
-    return plant
+wrong = wrong_into(WRONG)
 
 
 # --- 1 lengths --------------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""One right answer for each exercise, as a student would write it; in the tests it takes the stub's place."""
+"""One right answer for each exercise of notebook 1, as a student would write it."""
 
 import numpy as np
 import pinocchio as pin

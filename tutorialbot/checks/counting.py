@@ -1,0 +1,55 @@
+"""What a student's function costs: evaluations of an objective that it is given, and lines of Python that it runs."""
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from tutorialbot.checks.guard import Wrong
+
+
+class Counted:
+    """An objective that may be asked only so often; what students get is `evaluate`.
+
+    `admit(x)` returns the points (..., k) as an array, or raises Wrong; `function` gives one number for each; `costs`
+    are all of them so far. Asked for more than `budget`, it raises Wrong by "budget" for the `reason` given, and keeps
+    that in `broken`: the function may have swallowed it.
+    """
+
+    def __init__(self, function: Callable[[np.ndarray], Any], budget: int, admit: Callable[[Any], np.ndarray], reason):
+        self.costs: list[float] = []
+        self.broken: Wrong | None = None
+
+        def evaluate(x):
+            try:
+                points = admit(x)
+                asked = len(self.costs) + points[..., 0].size
+                if asked > budget:
+                    raise Wrong("budget", f"evaluation number {asked} of {budget}: {reason}")
+            except Wrong as wrong:
+                self.broken = self.broken or wrong
+                raise
+            values = np.asarray(function(points), dtype=float)
+            self.costs += values.ravel().tolist()
+            return values.item() if points.ndim == 1 else values
+
+        self.evaluate = evaluate
+
+
+def lines_run(call: Callable[[], Any]) -> tuple[Any, int]:
+    """Return what `call()` returns, and how many steps Python took for it: lines, and calls of any function."""
+    steps = 0
+
+    def step(*_):
+        nonlocal steps
+        steps += 1
+        return step
+
+    before = sys.gettrace(), sys.getprofile()
+    sys.settrace(step), sys.setprofile(step)
+    try:
+        answer = call()
+    finally:
+        sys.settrace(before[0]), sys.setprofile(before[1])
+    return answer, steps

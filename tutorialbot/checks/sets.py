@@ -1,0 +1,5 @@
+"""All exercises, by notebook: what the grader marks. No two of them share a name."""
+
+from tutorialbot.checks import arm, door
+
+SETS = {"door": door.EXERCISES, "arm": arm.EXERCISES}
