@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+import shapely
 
 from tutorialbot import paths
 from tutorialbot.errors import InvalidType, InvalidValue, finite_array, finite_number, positive
-from tutorialbot.scene import furniture, omni, polygon
+from tutorialbot.scene import furniture, omni, outline
 from tutorialbot.scene.furniture import Furniture
 from tutorialbot.scene.furniture_kinds import COLOURS
 
@@ -64,32 +65,37 @@ class Room:
     def __post_init__(self):
         if not isinstance(self.name, str) or not self.name.strip():
             raise InvalidType("name", self.name, "a name such as 'kitchen'")
-        object.__setattr__(self, "floor", polygon.checked("floor", self.floor))
+        object.__setattr__(self, "floor", outline.checked("floor", self.floor))
         self.floor.setflags(write=False)
         finite_number("wall_height", self.wall_height, 0.02, WALL_SOLID)
         if not isinstance(self.furniture, tuple | list) or not all(isinstance(p, Furniture) for p in self.furniture):
             raise InvalidType("furniture", self.furniture, "a tuple of Furniture")
         object.__setattr__(self, "furniture", tuple(self.furniture))
-        names = [piece.name for piece in self.furniture]
+        names, inside = [piece.name for piece in self.furniture], self.polygon.buffer(outline.TOUCH)
         for piece in self.furniture:
             if names.count(piece.name) > 1:
                 raise InvalidValue("furniture", piece.name, "a name of its own for every piece")
-            if not polygon.contains_polygon(self.floor, piece.footprint):
+            if not inside.covers(shapely.Polygon(piece.footprint)):
                 corners = piece.footprint.round(3).tolist()
                 raise InvalidValue("furniture", piece.name, f"a piece inside the room; its corners are {corners}")
         start = finite_array("start", self.start, (3,))
         object.__setattr__(self, "start", tuple(start.tolist()))
-        if not polygon.contains(self.floor, start[None, :2])[0]:
+        place = shapely.Point(start[:2])
+        if not inside.covers(place):
             raise InvalidValue("start", self.start, "a place inside the room")
-        for what in [self.floor, *self.obstacles(0.0, BASE_TOP)]:
-            inside = what is not self.floor and polygon.contains(what, start[None, :2])[0]
-            if inside or polygon.distance_to_edges(what, start[None, :2])[0] < BASE_RADIUS:
-                raise InvalidValue("start", self.start, f"a place with {BASE_RADIUS} m around it that is free")
+        solid = shapely.union_all([shapely.Polygon(part) for part in self.obstacles(0.0, BASE_TOP)])
+        if min(place.distance(self.polygon.exterior), place.distance(solid) if self.furniture else np.inf) < BASE_RADIUS:
+            raise InvalidValue("start", self.start, f"a place with {BASE_RADIUS} m around it that is free")
+
+    @property
+    def polygon(self) -> shapely.Polygon:
+        """The floor, furniture included."""
+        return shapely.Polygon(self.floor)
 
     @property
     def area(self) -> float:
         """Area of the floor [m^2], furniture included."""
-        return polygon.area(self.floor)
+        return self.polygon.area
 
     def obstacles(self, low: float, high: float) -> list[np.ndarray]:
         """Return the outlines (k, 2) [m], convex and counterclockwise, of solid parts in the heights low..high [m].
@@ -122,7 +128,7 @@ class Room:
 def _draw_floor(spec: mujoco.MjSpec, corners: np.ndarray) -> None:
     """Add a slab below the floor, and the seams of its planks."""
     k, depth = len(corners), 0.03
-    cut = polygon.triangles(corners)
+    cut = outline.triangles(corners)
     side = np.arange(k)
     after = (side + 1) % k
     faces = np.concatenate(
@@ -155,7 +161,7 @@ def _add_wall(spec: mujoco.MjSpec, number: int, corners: np.ndarray, height: flo
     along = b - a
     length, yaw = float(np.hypot(*along)), float(np.arctan2(along[1], along[0]))
     outward = np.array([along[1], -along[0]]) / length
-    back, front = (0.999 * WALL if polygon.turns_left(*three) else 0.0 for three in ((before, a, b), (a, b, after)))
+    back, front = (0.999 * WALL if shapely.LinearRing(three).is_ccw else 0.0 for three in ((before, a, b), (a, b, after)))
     middle = (a + b) / 2 + 0.5 * (front - back) * along / length
     turn = {"type": mujoco.mjtGeom.mjGEOM_BOX, "quat": [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]}
 
