@@ -84,7 +84,8 @@ class Room:
         if not inside.covers(place):
             raise InvalidValue("start", self.start, "a place inside the room")
         solid = shapely.union_all([shapely.Polygon(part) for part in self.obstacles(0.0, BASE_TOP)])
-        if min(place.distance(self.polygon.exterior), place.distance(solid) if self.furniture else np.inf) < BASE_RADIUS:
+        walls = self.polygon.exterior
+        if place.distance(shapely.union(walls, solid)) < BASE_RADIUS:
             raise InvalidValue("start", self.start, f"a place with {BASE_RADIUS} m around it that is free")
 
     @property
@@ -161,7 +162,8 @@ def _add_wall(spec: mujoco.MjSpec, number: int, corners: np.ndarray, height: flo
     along = b - a
     length, yaw = float(np.hypot(*along)), float(np.arctan2(along[1], along[0]))
     outward = np.array([along[1], -along[0]]) / length
-    back, front = (0.999 * WALL if shapely.LinearRing(three).is_ccw else 0.0 for three in ((before, a, b), (a, b, after)))
+    juts = (shapely.LinearRing(three).is_ccw for three in ((before, a, b), (a, b, after)))
+    back, front = (0.999 * WALL if out else 0.0 for out in juts)
     middle = (a + b) / 2 + 0.5 * (front - back) * along / length
     turn = {"type": mujoco.mjtGeom.mjGEOM_BOX, "quat": [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]}
 
