@@ -140,7 +140,7 @@ def measure(model: mujoco.MjModel, postures: Postures) -> Body:
     i, j = len(FORWARD) // 2, len(LEFT) // 2
     rooms.place(model, data, np.zeros(3), postures.down[i, j])
     vacuum, base = columns(parts["vacuum"], (FORWARD[i], LEFT[j])), columns(parts["base"])
-    rooms.place(model, data, np.zeros(3), postures.rest)
+    rooms.place(model, data, np.zeros(3), postures.raising[0])
     middle = data.site("vacuum/nozzle").xpos[:2]
     rest = columns([*parts["arm"], *parts["vacuum"]]) + _rim().moved(-middle) + base
     return Body(base, arm, vacuum, _rim(), rest)

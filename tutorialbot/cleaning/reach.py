@@ -18,7 +18,7 @@ FORWARD = rooms.NOZZLE_FROM_TIP[0] + 0.10 + 0.03 * np.arange(11)  # of the nozzl
 LEFT = rooms.NOZZLE_FROM_TIP[1] + np.array([-0.10, 0.15, 0.40])  # [m]
 LIFT = 0.03  # of the nozzle above the floor between lanes [m]
 SIDESTEP = 0.05  # between two targets on the way to the left and to the right [m]
-PRESS = 0.002  # how far below the floor the arm is told to hold the nozzle, so that it stays in touch [m]
+PRESS = 0.005  # how far below the floor the arm is told to hold the nozzle, so that it stays in touch [m]
 REST_TILT, REST_TIP = np.deg2rad([0.0, -80.0, 0.0]), np.array([0.03, 0.30, 0.29])  # beside the body, off the floor
 SEEDED = replace(genetic.GOOD, name="seeded", population=100, generations=80)  # beside a solution this is enough
 COLD = 6  # searches from nowhere; the elbow hangs lowest in the one that is kept
@@ -29,12 +29,12 @@ TOLERANCE, TRIES = 0.001, 5  # [m] and [rad]; a search that misses it goes on fr
 class Postures:
     """down, lifted: (f, l, 7) [rad], the arm with the nozzle at FORWARD[i], LEFT[j], on the floor and above it.
 
-    rest: (7,) the vacuum held close. error: the largest error of all targets [m or rad]; evaluations of eq. (5).
+    raising (m, 7): from the rest posture, the vacuum held close, to lifted[0, -1]. error: the largest error of all targets [m or rad]; evaluations of eq. (5).
     """
 
     down: np.ndarray
     lifted: np.ndarray
-    rest: np.ndarray
+    raising: np.ndarray
     error: float
     evaluations: int
 
@@ -103,11 +103,11 @@ def solve_postures(seed: int) -> Iterator[int | Postures]:
                 lifted[i, j] = solve(tip(FORWARD[i], LEFT[j], LIFT), last)
                 yield len(answers)
         first = down[middle_i, middle_j]
-    rest, steps = lifted[0, -1], 8
+    raising, steps = [lifted[0, -1]], 8
     for share in np.arange(1, steps + 1) / steps:
         target = (1 - share) * tip(FORWARD[0], LEFT[-1], LIFT) + share * REST_TIP
-        rest = solve(target, rest, (1 - share) * TILT + share * REST_TILT)
+        raising.append(solve(target, raising[-1], (1 - share) * TILT + share * REST_TILT))
     error = max(map(largest, kept))
     if error > TOLERANCE:
         raise InvalidValue("seed", seed, f"one with which every search converges (an error of {error:.3g} is left)")
-    yield Postures(down, lifted, rest, error, sum(answer.evaluations for answer in answers))
+    yield Postures(down, lifted, np.array(raising[::-1]), error, sum(answer.evaluations for answer in answers))
