@@ -1,0 +1,262 @@
+"""Lanes: straight ways of the nozzle that together cover the floor, and for each the base's poses that go with it.
+
+A lane is driven with one heading of the base. Along it the nozzle moves by s, the arm holds it `forward` in front of
+the base, and the base is the rest: base = nozzle - R (forward, left). The arm reaches out while the nozzle advances
+(see `reach.FORWARD`), so a lane is a path in the plane (s, forward) on which robot and room never touch.
+
+Which lanes are taken is a set-cover problem; the greedy answer takes again and again the lane that covers most new
+cells for the time it costs.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from tutorialbot.cleaning.body import RASTER, Body, Columns, Distances
+from tutorialbot.cleaning.cells import Cells
+from tutorialbot.cleaning.reach import FORWARD, LEFT
+from tutorialbot.scene import room as rooms
+from tutorialbot.scene.room import Room
+
+HEADINGS = np.pi / 8 * np.array([0, 4, 8, 12, 2, 6, 10, 14, *range(1, 16, 2)])  # the room's own directions first
+EXTENSIONS = np.array([0, 3, 7, 10])  # numbers of FORWARD between which a lane is checked
+STEP = 0.02  # between places along and across the lanes that are tried [m]
+GAP = 0.004  # the nozzle keeps from furniture and walls [m]
+MARGIN = 0.012  # all else keeps [m]
+OVERLAP = 0.004  # what is nearer than this [m] to the nozzle's rim is not counted on
+BIN = 0.01  # for counting cells under a lane [m]
+LEAST = 4  # new cells for which a lane is still worth it
+OVERHEAD = 0.5  # length [m] that costs as much time as getting to another lane
+
+
+@dataclass(frozen=True, eq=False)
+class Lane:
+    """Base poses (m, 3), x, y [m] and yaw [rad], and nozzles (m, 2) [m] in the base's frame, m >= 2; both move evenly
+    from one to the next, and so does the nozzle in the room. It may be driven either way.
+    """
+
+    base: np.ndarray
+    nozzle: np.ndarray
+
+    @property
+    def track(self) -> np.ndarray:
+        """Middle of the nozzle in the room (m, 2) [m]."""
+        return in_room(self.base, self.nozzle)
+
+    @property
+    def length(self) -> float:
+        """Way of the nozzle [m]."""
+        return float(np.linalg.norm(np.diff(self.track, axis=0), axis=1).sum())
+
+    @property
+    def turned_round(self) -> "Lane":
+        """The same lane from its other end."""
+        return Lane(self.base[::-1], self.nozzle[::-1])
+
+
+def in_room(base: np.ndarray, nozzle: np.ndarray) -> np.ndarray:
+    """Return points `nozzle` (..., 2) of the base's frame in the room, the base at poses (..., 3)."""
+    cosine, sine = np.cos(base[..., 2]), np.sin(base[..., 2])
+    x, y = nozzle[..., 0], nozzle[..., 1]
+    return base[..., :2] + np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
+
+
+def free_places(room: Room, heading: float) -> shapely.Geometry:
+    """Return where the nozzle's middle may be with that heading [rad], GAP away from everything: exact Minkowski sums.
+
+    Outlines and edges of the floor are convex, and so is the nozzle: each sum is the convex hull of sums of corners.
+    """
+    half = 0.5 * np.array([rooms.NOZZLE_LENGTH, rooms.NOZZLE_WIDTH]) + GAP
+    corners = half * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+    cosine, sine = np.cos(heading), np.sin(heading)
+    corners = corners @ np.array([[cosine, sine], [-sine, cosine]])
+    edges = np.stack([room.floor, np.roll(room.floor, -1, axis=0)], axis=1)
+    solids = [*edges, *room.obstacles(0.0, rooms.NOZZLE_HEIGHT)]
+    sums = [shapely.MultiPoint((solid[:, None] + corners).reshape(-1, 2)).convex_hull for solid in solids]
+    return room.polygon.difference(shapely.union_all(sums)).buffer(1e-6)
+
+
+class Headed:
+    """All that is known about one heading: where the robot fits, and the lanes that could be driven.
+
+    fits (T, S, extensions, lefts): whether the robot fits with the nozzle across[t], along[s]. `runs` (n, 4): numbers t,
+    first s, last s, and left of each lane that cannot be made longer.
+    """
+
+    def __init__(self, heading: float, room: Room, body: Body, distances: Distances, cells: Cells):
+        self.heading = heading
+        cosine, sine = np.cos(heading), np.sin(heading)
+        self.turn = np.array([[cosine, -sine], [sine, cosine]])  # columns: along, across
+        free = free_places(room, heading)
+        self.along, self.across = (self._values(free, k, cells) for k in (0, 1))
+        self.fits = self._fits(free, body, distances)
+        self.runs = self._runs()
+        where = (cells.centres @ self.turn)[cells.reachable]
+        self._low = where.min(axis=0) - 1.5 * BIN
+        self._bins = np.floor((where - self._low) / BIN).astype(int) + 1
+        self._size = self._bins.max(axis=0) + 2
+        self._where = where
+
+    def _values(self, free: shapely.Geometry, axis: int, cells: Cells) -> np.ndarray:
+        """Coordinates of nozzles along or across the heading: even steps, and those of the corners of what is free."""
+        corners = shapely.get_coordinates(free) @ self.turn[:, axis]
+        if not len(corners):
+            return np.zeros(1)
+        own = np.unique(corners.round(4))
+        own = own[np.concatenate([[True], np.diff(own) > 0.002])]
+        even = np.arange(corners.min(), corners.max(), STEP)
+        if len(own) > len(even) / 2:  # curved outlines: too many
+            own = np.array([corners.min(), corners.max()])
+        values = np.sort(np.concatenate([own, even]))
+        return values[np.concatenate([[True], np.diff(values) > 1e-4])]
+
+    def _fits(self, free: shapely.Geometry, body: Body, distances: Distances) -> np.ndarray:
+        across, along = np.meshgrid(self.across, self.along, indexing="ij")
+        x, y = np.moveaxis(np.stack([along, across], axis=-1) @ self.turn.T, -1, 0)
+        shapely.prepare(free)
+        nozzle = shapely.contains_xy(free, x, y)
+        nozzle &= self._clearance(body.vacuum, distances, 1)(x, y) > MARGIN
+        base = self._clearance(body.base, distances, 1)
+        fits = np.zeros((*nozzle.shape, len(EXTENSIONS), len(LEFT)), dtype=bool)
+        for j, left in enumerate(LEFT):
+            for k, i in enumerate(EXTENSIONS):
+                dx, dy = self.turn @ [FORWARD[i], left]
+                bx, by = x[nozzle] - dx, y[nozzle] - dy
+                arm = self._clearance(body.arm[i, j], distances, 2)
+                fits[nozzle, k, j] = (base(bx, by) > MARGIN) & (arm(bx, by) > MARGIN)
+        return fits
+
+    def _clearance(self, columns: Columns, distances: Distances, stride: int) -> Callable:
+        """Return a function of x and y [m]: clearance of the columns with the base there, from a raster made now."""
+        x, y = np.meshgrid(distances.x[::stride], distances.y[::stride], indexing="ij")
+        raster = columns.clearance(distances, np.stack([x, y, np.full(x.shape, self.heading)], axis=-1))
+        low = distances.low
+
+        def at(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+            return distances.at(raster, low[0] + (x - low[0]) / stride, low[1] + (y - low[1]) / stride)
+
+        return at
+
+    def _runs(self) -> np.ndarray:
+        """Find the longest lanes: sweep along s, keeping the extensions that can be reached without ever drawing back."""
+        T, S, K, J = self.fits.shape
+        reached, begun = np.zeros((T, K, J), dtype=bool), np.zeros((T, J), dtype=int)
+        found = []
+        for s in range(S + 1):
+            here = self.fits[:, s] if s < S else np.zeros((T, K, J), dtype=bool)
+            going = _reaching_out(reached & here, here)
+            ended = reached.any(axis=1) & ~going.any(axis=1)
+            t, j = np.nonzero(ended)
+            found.append(np.stack([t, begun[t, j], np.full(len(t), s - 1), j], axis=1))
+            fresh = ~going.any(axis=1)
+            begun[fresh] = s
+            reached = np.where(fresh[:, None], here, going)
+        return np.concatenate(found).astype(int)
+
+    def gains(self, wanted: np.ndarray) -> np.ndarray:
+        """Return how many of the reachable cells that are `wanted` lie under each of the runs, (n,)."""
+        counts = np.zeros(self._size, dtype=int)
+        np.add.at(counts, tuple(self._bins[wanted].T), 1)
+        sums = counts.cumsum(axis=0).cumsum(axis=1)
+        t, first, last, _ = self.runs.T
+        half = 0.5 * np.array([rooms.NOZZLE_LENGTH, rooms.NOZZLE_WIDTH]) - OVERLAP
+
+        def inner(value: np.ndarray, axis: int, upper: bool) -> np.ndarray:
+            edge = (value - self._low[axis]) / BIN
+            return np.clip((np.floor(edge) if upper else np.ceil(edge)).astype(int), 0, self._size[axis] - 1)
+
+        a0, a1 = inner(self.along[first] - half[0], 0, False), inner(self.along[last] + half[0], 0, True)
+        c0, c1 = inner(self.across[t] - half[1], 1, False), inner(self.across[t] + half[1], 1, True)
+        return sums[a1, c1] - sums[a0, c1] - sums[a1, c0] + sums[a0, c0]
+
+    def costs(self) -> np.ndarray:
+        """Return what each run costs [m]."""
+        return self.along[self.runs[:, 2]] - self.along[self.runs[:, 1]] + OVERHEAD
+
+    def covered(self, t: int, first: float, last: float) -> np.ndarray:
+        """Return which of the reachable cells lie under the lane at across[t] from `first` to `last` [m]."""
+        half = 0.5 * np.array([rooms.NOZZLE_LENGTH, rooms.NOZZLE_WIDTH]) - OVERLAP
+        under = np.abs(self._where[:, 1] - self.across[t]) <= half[1]
+        return under & (self._where[:, 0] >= first - half[0]) & (self._where[:, 0] <= last + half[0])
+
+    def lane(self, run: int, wanted: np.ndarray) -> tuple[Lane, np.ndarray]:
+        """Return the part of a run that the wanted cells need, as a lane, and which cells it covers."""
+        t, first, last, j = self.runs[run]
+        needed = self._where[self.covered(t, self.along[first], self.along[last]) & wanted, 0]
+        half = 0.5 * rooms.NOZZLE_LENGTH - OVERLAP
+        begin = int(np.searchsorted(self.along, needed.min() + half - 1e-9, side="right")) - 1
+        end = int(np.searchsorted(self.along, needed.max() - half + 1e-9))
+        begin, end = max(first, min(begin, end)), min(last, max(begin, end))
+        steps = self._extension(self.fits[t, begin : end + 1, :, j])
+        along = self.along[begin : end + 1][steps[:, 0]]
+        forward = FORWARD[EXTENSIONS][steps[:, 1]] if steps.dtype == int else None
+        base = np.stack([along - forward, np.full(len(along), self.across[t] - LEFT[j])], axis=1) @ self.turn.T
+        poses = np.column_stack([base, np.full(len(along), self.heading)])
+        lane = Lane(poses, np.column_stack([forward, np.full(len(along), LEFT[j])]))
+        return lane, self.covered(t, along[0], along[-1])
+
+    def _extension(self, fits: np.ndarray) -> np.ndarray:
+        """Return the corners (m, 2) of a path in (s, extension) through `fits` (S, K), reaching out evenly if it can."""
+        S, K = fits.shape
+        for wide in range(K - 1, -1, -1):
+            for low in range(K - wide):
+                even = np.linspace(low, low + wide, S)
+                s = np.arange(S)
+                if fits[s, np.floor(even + 1e-9).astype(int)].all() and fits[s, np.ceil(even - 1e-9).astype(int)].all():
+                    return np.array([[0, low], [S - 1, low + wide]])
+        reached = np.zeros((S, K), dtype=bool)
+        reached[0] = fits[0]
+        for s in range(1, S):
+            reached[s] = _reaching_out((reached[s - 1] & fits[s])[None, :, None], fits[s][None, :, None])[0, :, 0]
+        k = int(np.argmax(reached[-1]))
+        corners = [(S - 1, k)]
+        for s in range(S - 1, 0, -1):  # back from the end: reach out as late as can be
+            low = k
+            while not (reached[s - 1, low] and fits[s, low]):
+                low -= 1
+            if low != k:
+                corners += [(s, low)] if corners[-1] == (s, k) else [(s, k), (s, low)]
+                k = low
+        corners += [(0, k)] if corners[-1] != (0, k) else []
+        return np.array(corners[::-1])
+
+
+def _reaching_out(reached: np.ndarray, fits: np.ndarray) -> np.ndarray:
+    """Add to the extensions `reached` (T, K, J) those beyond them that `fits`: the nozzle stands, the base draws back."""
+    reached = reached.copy()
+    for k in range(1, reached.shape[1]):
+        reached[:, k] |= reached[:, k - 1] & fits[:, k]
+    return reached
+
+
+def choose_lanes(
+    headed: list[Headed], cells: Cells, accessible: Callable[[Lane], bool]
+) -> Iterator[tuple[Lane, float]]:
+    """Yield lanes, the most useful first, each with the share of reachable cells planned so far.
+
+    accessible: whether the robot can get to a lane; those to which it cannot are left out.
+    """
+    wanted = np.ones(int(cells.reachable.sum()), dtype=bool)
+    shut = [np.zeros(len(one.runs), dtype=bool) for one in headed]
+    while wanted.any():
+        best, choice = 0.0, None
+        for number, one in enumerate(headed):
+            gains = np.where(shut[number], 0, one.gains(wanted))
+            gains[gains < LEAST] = 0
+            if not len(gains):
+                continue
+            worth = gains / one.costs()
+            k = int(worth.argmax())
+            if worth[k] > best * (1 + 1e-9):
+                best, choice = worth[k], (number, k)
+        if choice is None:
+            return
+        number, k = choice
+        lane, under = headed[number].lane(k, wanted)
+        if not (under & wanted).any() or not accessible(lane):
+            shut[number][k] = True
+            continue
+        wanted &= ~under
+        yield lane, 1.0 - float(wanted.mean())

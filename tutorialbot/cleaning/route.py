@@ -1,0 +1,148 @@
+"""Ways between lanes: Dijkstra on a grid of base poses, the vacuum cleaner lifted and drawn close.
+
+A node is a place and a heading at which the whole robot fits, an edge a short straight drive or a turn on the spot on
+which it fits too. Ways are then pulled straight wherever the robot fits on the straight way.
+"""
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components, dijkstra
+
+from tutorialbot.cleaning.body import Body, Distances
+from tutorialbot.cleaning.lanes import Lane
+from tutorialbot.cleaning.reach import FORWARD, LEFT
+
+GRID = 0.1  # between nodes [m]
+TURNS = 16  # headings
+DRAWN = np.array([FORWARD[0], LEFT[1]])  # where the nozzle is on the way, in the base's frame [m]
+MARGIN = 0.02  # the robot keeps on its ways [m]
+FINE = 0.03  # between checks along a way [m]
+ARC = 0.3  # length [m] that costs as much as a turn by one radian
+
+
+def length(way: np.ndarray) -> float:
+    """Return how long a way over poses (m, 3) is [m], turns included."""
+    steps = np.diff(way, axis=0)
+    return float((np.hypot(steps[:, 0], steps[:, 1]) + ARC * np.abs(steps[:, 2])).sum())
+
+
+class Router:
+    """Finds ways for the base among what stands in the room; what is reachable is what is connected with `start`."""
+
+    def __init__(self, body: Body, distances: Distances, start: np.ndarray):
+        self.body, self.distances, self.start = body, distances, start
+        low = distances.low
+        self.grid = [np.arange(low[i], axis[-1], GRID) for i, axis in enumerate((distances.x, distances.y))]
+        self.headings = 2 * np.pi / TURNS * np.arange(TURNS)
+        self.poses = np.stack(np.meshgrid(*self.grid, self.headings, indexing="ij"), axis=-1)
+        free = self.clear(self.poses.reshape(-1, 3), DRAWN).reshape(self.poses.shape[:3])
+        self.number = np.where(free, np.cumsum(free).reshape(free.shape) - 1, -1)
+        self.nodes = self.poses[free]
+        self.graph = self._edges()
+        self.component = connected_components(self.graph, directed=False)[1]
+        self._from: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        home = self.entry(start)
+        self.home = None if home is None else self.component[home]
+
+    def clear(self, poses: np.ndarray, nozzles: np.ndarray) -> np.ndarray:
+        """Return whether the robot fits at poses (n, 3) with the lifted nozzle at nozzles (n, 2) or (2,), (n,)."""
+        return self.body.clearance(self.distances, poses, nozzles) > MARGIN
+
+    def straight(self, poses: np.ndarray, nozzles: np.ndarray) -> bool:
+        """Return whether the robot fits all along the polyline of poses (m, 3) with nozzles (m, 2)."""
+        fine, held = [poses[:1]], [nozzles[:1]]
+        for a, b, p, q in zip(poses[:-1], poses[1:], nozzles[:-1], nozzles[1:], strict=True):
+            reach = np.hypot(*(b - a)[:2]) + abs(b[2] - a[2]) * 0.9 + np.abs(q - p).max()
+            share = np.linspace(0, 1, int(np.ceil(reach / FINE)) + 1)[1:, None]
+            fine.append(a + share * (b - a)), held.append(p + share * (q - p))
+        return bool(self.clear(np.concatenate(fine), np.concatenate(held)).all())
+
+    def _edges(self) -> coo_array:
+        """The graph: eight neighbours in the plane, and the next heading; edges are checked in between."""
+        number, rows, columns, costs = self.number, [], [], []
+        for dx, dy, turn in ((1, 0, 0), (0, 1, 0), (1, 1, 0), (1, -1, 0), (0, 0, 1)):
+            there = np.roll(number, (-dx, -dy, -turn), axis=(0, 1, 2))
+            if dx:
+                there[-dx:] = -1
+            if dy:
+                there[:, -1 if dy > 0 else 0] = -1
+            i, j = number[(number >= 0) & (there >= 0)], there[(number >= 0) & (there >= 0)]
+            a = self.nodes[i]
+            step = np.array([GRID * dx, GRID * dy, 2 * np.pi / TURNS * turn])
+            good = np.ones(len(i), dtype=bool)
+            for share in (0.25, 0.5, 0.75) if turn else (0.5,):
+                good[good] = self.clear(a[good] + share * step, DRAWN)
+            cost = np.hypot(step[0], step[1]) + ARC * step[2]
+            rows.append(i[good]), columns.append(j[good]), costs.append(np.full(int(good.sum()), cost))
+        n = len(self.nodes)
+        rows, columns, costs = map(np.concatenate, (rows, columns, costs))
+        return coo_array((costs, (rows, columns)), shape=(n, n)).tocsr()
+
+    def entry(self, pose: np.ndarray) -> int | None:
+        """Return the number of a node that a straight drive from `pose` (3,) reaches; None when there is none."""
+        if not len(self.nodes):
+            return None
+        away = self.nodes - pose
+        away[:, 2] = np.abs((away[:, 2] + np.pi) % (2 * np.pi) - np.pi)
+        distance = np.hypot(away[:, 0], away[:, 1]) + ARC * away[:, 2]
+        for node in np.argsort(distance)[:8]:
+            if distance[node] < 3 * GRID and self.straight(self._turned(pose, self.nodes[node]), np.tile(DRAWN, (2, 1))):
+                return int(node)
+        return None
+
+    @staticmethod
+    def _turned(pose: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Both poses (2, 3), the second's heading the same but within half a turn of the first's."""
+        other = np.array(other, dtype=float)
+        other[2] = pose[2] + (other[2] - pose[2] + np.pi) % (2 * np.pi) - np.pi
+        return np.stack([pose, other])
+
+    def drawing(self, base: np.ndarray, nozzle: np.ndarray) -> np.ndarray | None:
+        """Return nozzles (m, 2) that draw the lifted nozzle close with the base at rest; None when something is near."""
+        first = np.array([DRAWN[0], nozzle[1]])
+        for way in ([nozzle, first, DRAWN], [nozzle, np.array([nozzle[0], DRAWN[1]]), DRAWN]):
+            if self.straight(np.tile(base, (3, 1)), np.array(way)):
+                return np.array(way)
+        return None
+
+    def accessible(self, lane: Lane) -> bool:
+        """Whether the robot can get to one of the lane's ends, or both."""
+        return any(self.door(base, nozzle) is not None for base, nozzle in zip(lane.base[[0, -1]], lane.nozzle[[0, -1]],
+                                                                             strict=True))  # fmt: skip
+
+    def door(self, base: np.ndarray, nozzle: np.ndarray) -> int | None:
+        """Return the node from which a lane's end can be taken, None when it cannot."""
+        if self.drawing(base, nozzle) is None:
+            return None
+        node = self.entry(base)
+        return node if node is not None and self.component[node] == self.home else None
+
+    def reach(self, node: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return distances (n,) [m] from a node to all, and each node's predecessor on the way."""
+        if node not in self._from:
+            self._from[node] = dijkstra(self.graph, directed=False, indices=node, return_predecessors=True)
+        return self._from[node]
+
+    def way(self, start: np.ndarray, goal: np.ndarray) -> np.ndarray:
+        """Return poses (m, 3) from start to goal, both with doors; headings go on without jumps."""
+        direct = self._turned(start, goal)
+        if self.straight(direct, np.tile(DRAWN, (2, 1))):
+            return direct
+        a, b = self.entry(start), self.entry(goal)
+        previous, chain = self.reach(a)[1], [b]
+        while chain[-1] != a:
+            chain.append(int(previous[chain[-1]]))
+        poses = [start, *self.nodes[chain[::-1]], goal]
+        for i in range(1, len(poses)):
+            poses[i] = self._turned(poses[i - 1], poses[i])[1]
+        return self._pulled_straight(np.array(poses))
+
+    def _pulled_straight(self, way: np.ndarray) -> np.ndarray:
+        kept, i = [0], 0
+        while i < len(way) - 1:
+            j = len(way) - 1
+            while j > i + 1 and not self.straight(way[[i, j]], np.tile(DRAWN, (2, 1))):
+                j = i + max(1, (j - i) // 2) if j - i > 2 else i + 1
+            kept.append(j)
+            i = j
+        return way[kept]
