@@ -40,7 +40,9 @@ def test_the_limit_that_pays_most_is_the_one_with_a_price_in_the_linear_program(
 
 
 def test_both_arms_are_held_by_different_limits_and_the_targets_are_what_they_are_said_to_be():
-    names = [optimum(np.array([0.29, 0.11, 0.0]), arm_optimum.TILT, arm=a).binding for a in (ARM, arm_optimum.STIFF_ELBOW)]
+    names = [
+        optimum(np.array([0.29, 0.11, 0.0]), arm_optimum.TILT, arm=a).binding for a in (ARM, arm_optimum.STIFF_ELBOW)
+    ]
     assert names[0] != names[1]
     for check, arm, position, _ in arm_optimum.targets():
         best = optimum(position, arm_optimum.TILT, arm=arm)
