@@ -27,9 +27,9 @@ def children_by_a_table(n, crossing, mutating, variation):
 @right("turn_all")
 def turns_by_scipy(quaternions, vectors):
     n = len(vectors) if len(quaternions) == 1 else len(quaternions)
-    turned = np.broadcast_to(vectors, (n, 3))
+    turned = np.broadcast_to(vectors, (n, 3)).copy()
     for i in reversed(range(quaternions.shape[1])):
-        q = np.broadcast_to(quaternions[:, i], (n, 4))
+        q = np.broadcast_to(quaternions[:, i], (n, 4)).copy()
         turned = Rotation.from_quat(q, scalar_first=True).apply(turned) if n else turned
     return turned
 
@@ -67,7 +67,8 @@ def jacobian_of_pinocchio(q, axes, offsets):
         place = pin.SE3(np.eye(3), offset)
         joint = model.addJoint(joint, pin.JointModelRevoluteUnaligned(axis), place, f"joint {i}")
     tip = model.addFrame(pin.Frame("tip", joint, pin.SE3(np.eye(3), offsets[-1]), pin.FrameType.OP_FRAME))
-    return pin.computeFrameJacobian(model, model.createData(), q, tip, pin.LOCAL_WORLD_ALIGNED)
+    found = pin.computeFrameJacobian(model, model.createData(), q, tip, pin.LOCAL_WORLD_ALIGNED)
+    return found.reshape(6, len(q))  # pinocchio drops an axis of length 1
 
 
 @right("tip_jacobian")

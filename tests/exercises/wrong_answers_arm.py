@@ -680,7 +680,7 @@ def posture_of_a_target_that_is_known(fitness, lower, upper, budget, rng):
 @wrong("best_posture", "another arm")
 def posture_by_finding_out_the_target(fitness, lower, upper, budget, rng):
     """Fits the target to what a few postures cost, and asks the package for the rest: on the usual arm alone."""
-    q, tilt = rng.uniform(lower, upper, (200, 7)), np.array([0.0, -np.pi / 2, 0.0])
+    q, tilt = rng.uniform(lower, upper, (100, 7)), np.array([0.0, -np.pi / 2, 0.0])
     values = fitness(q)
 
     def misfit(position):
