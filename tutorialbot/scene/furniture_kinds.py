@@ -129,8 +129,8 @@ def _bookcase(a, b, c) -> list[Part]:
     boards = max(2, round(c / 0.32))
     step = (c - 0.05) / boards
     seen = [_box(i * (a / 2 - 0.01), 0, c / 2, 0.02, b, c, "wood", False) for i in (-1, 1)]
-    seen += [_box(0, b / 2 - 0.006, c / 2, a, 0.012, c, "dark_wood", False)]
-    seen += [_box(0, 0, 0.04 + i * step, a - 0.02, b, 0.02, "wood", False) for i in range(boards + 1)]
+    seen += [_box(0, b / 2 - 0.007, c / 2, a - 0.002, 0.01, c - 0.002, "dark_wood", False)]
+    seen += [_box(0, -0.007, 0.04 + i * step, a - 0.02, b - 0.018, 0.02, "wood", False) for i in range(boards + 1)]
     for i in range(boards):
         at, low = 0.03 - a / 2, 0.05 + i * step
         for j, material in enumerate(("red", "blanket", "yellow", "cloth", "white", "red", "cushion")[i % 3 :]):
