@@ -107,8 +107,18 @@ def test_tare_follows_the_hand_as_it_tilts(task, wrist):
 def test_either_threshold_alone_ends_a_move(limits, part):
     task = DoorTask(Door(), settings=Settings(force_limit=limits[0], torque_limit=limits[1]))
     assert task.attempt(PULL).outcome == "collision"
+    assert task.trace.times == pytest.approx(0.01 * np.arange(1, len(task.trace.times) + 1))  # it looks every 10 ms
     felt, limit = getattr(task.trace, part), max(min(limits), 8.0)
     assert felt[-1] > limit and (felt[:-1] <= limit).all()
+
+
+@pytest.mark.parametrize("timestep", [0.001, 0.002, 0.005])
+def test_a_move_takes_the_time_it_is_given_whatever_the_step(timestep):
+    simulation = DoorTask(Door(), settings=Settings(timestep=timestep)).simulation
+    before = simulation.data.time
+    trace = simulation.follow(still(simulation, 0.4))
+    assert (simulation.model.opt.timestep, trace.outcome) == (timestep, "finished")
+    assert trace.time == pytest.approx(0.4) == simulation.data.time - before
 
 
 def test_noise_is_that_of_its_own_part():
