@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 from tutorialbot.bo.objective import DoorTask, Trial, execute, new_pose_cost, paper_cost, start_posture
-from tutorialbot.pose import interpolate
+from tutorialbot.pose import interpolate, so4_distance
 from tutorialbot.scene.door import Door
 from tutorialbot.scene.simulation import Settings
 from tutorialbot.trajectory import PoseTrajectory
@@ -42,6 +42,13 @@ def test_mended_cost_rewards_new_poses_and_punishes_known_ones():
         3.0
     )  # far from the start, but an old acquaintance
     assert new_pose_cost(2.0, at(0.2), at(0.4), path) < -2.0
+    middle = Path([at(0.0), at(0.2), at(0.4), at(0.41)], 3)
+    assert new_pose_cost(2.0, at(0.41), at(0.401), middle) == pytest.approx(3.0)  # known, though not the last one
+    longer = Path([at(0.0), at(0.25), at(0.2)], 2)
+    turned = pin.SE3(pin.exp3(np.array([1.0, 0.0, 0.0])), np.array([0.18, 0.0, 0.0]))
+    assert new_pose_cost(2.0, at(0.2), turned, longer) == pytest.approx(3.0)  # 0.07 m back from the furthest
+    d = so4_distance(at(0.2), at(0.5))
+    assert new_pose_cost(2.0, at(0.2), at(0.5), path) == pytest.approx(-2.0 - 10.0 * d)
     back = pin.SE3(pin.exp3(np.array([1.0, 0.0, 0.0])), np.array([0.05, 0.0, 0.0]))  # new, but nearer
     assert new_pose_cost(2.0, at(0.2), back, path) == pytest.approx(3.0)
 
@@ -78,6 +85,36 @@ def test_undo_takes_back_the_move_and_its_way():
     assert len(task.poses) == before
     again = task.attempt(c)
     assert (again.time, again.outcome) == (first.time, first.outcome)
+
+
+def test_after_a_collision_the_hand_relaxes_and_after_an_attempt_it_is_back():
+    """Where the soft arm pressed against the shut latch it springs back; the spectator sees the start again."""
+    task = DoorTask(Door())
+    here = task.here.state
+    trial = task.attempt(np.array([1.0, 0.0, 0.0, 0.0, -1.0]))  # pull
+    assert trial.outcome == "collision"
+    assert trial.settled != trial.end
+    assert np.array_equal(task.simulation.snapshot().state, here)
+    rigid = DoorTask(Door(), relax=0.0)
+    assert (trial := rigid.attempt(np.array([1.0, 0.0, 0.0, 0.0, -1.0]))).settled == trial.end
+
+
+def test_the_path_of_a_kept_move_runs_up_to_where_the_hand_is():
+    task = DoorTask(Door())
+    task.commit(turn_lever(task))
+    assert task.poses[-1].isApprox(task.start, 1e-9) and task.poses[0] != task.start
+    steps = [so4_distance(a, b) for a, b in zip(task.poses, task.poses[1:], strict=False)]
+    assert 0.0 < max(steps) < 0.08
+    task.undo()
+    assert task.start.isApprox(task.poses[0], 1e-12) and len(task.poses) == 1 and task.sections_done == 0
+
+
+def test_a_path_draws_the_base_to_where_it_stands():
+    task = DoorTask(Door())
+    aside = task.simulation.joints + 0.2 * np.eye(9)[1]
+    arm = task.kinematics.posture[3:].copy()
+    next(task.track(aside, [task.start]))
+    assert np.array_equal(task.kinematics.posture, np.concatenate([aside[:3], arm]))
 
 
 def test_attempt_leaves_no_trace():

@@ -71,14 +71,21 @@ def test_door_opens_toward_the_robot_and_a_turned_lever_points_down(side):
 
 
 def test_dimensions_and_stiffnesses_reach_the_model():
-    door = Door(spindle_radius=0.6, lever_length=0.1, mass=20.0, lever_stiffness=2.5, hinge_damping=3.0)
+    door = Door(
+        spindle_radius=0.6, lever_length=0.1, stand_off=0.09, handle_height=1.1, mass=20.0,
+        hinge_damping=3.0, hinge_friction=0.7,
+        lever_stiffness=2.5, lever_preload=0.6, lever_damping=0.05, lever_friction=0.04,
+    )  # fmt: skip
     model = door.model()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    assert data.site("grip").xpos[1] == pytest.approx(0.5)
+    assert data.site("grip").xpos == pytest.approx([-0.09, 0.5, 1.1])
     assert model.body("panel").mass[0] == pytest.approx(20.0)
     assert np.ravel(model.joint("lever").stiffness)[0] == 2.5
     assert np.ravel(model.joint("hinge").damping)[0] == 3.0
+    assert np.ravel(model.joint("lever").damping)[0] == 0.05
+    assert [model.joint(name).frictionloss[0] for name in ("hinge", "lever")] == [0.7, 0.04]
+    assert model.qpos_spring[model.joint("lever").qposadr[0]] == 0.6
 
 
 @pytest.mark.parametrize(
