@@ -210,6 +210,20 @@ def test_start_posture_on_both_sides_puts_the_hand_on_the_handle():
         assert task.start.translation == pytest.approx([-0.07, 0.30 if side == "right" else -0.30, 1.0], abs=2e-3)
 
 
+def test_the_base_stands_straight_in_front_of_a_handle_that_is_turned(tmp_path):
+    path = tmp_path / "turned.xml"
+    path.write_text("""<mujoco><worldbody><body><joint name="h"/><geom size=".1" contype="0" conaffinity="0"/>
+        <site name="g" pos=".2 .3 1" euler="0 0 35"/></body></worldbody></mujoco>""")
+    task = DoorTask(Door.from_mjcf(path, hinge="h", grip="g"), seen=False)
+    assert task.start.translation == pytest.approx([0.2, 0.3, 1.0], abs=2e-3)
+    x, y, yaw = task.simulation.joints[:3]
+    assert np.rad2deg(yaw) == pytest.approx(35.0, abs=2.0)
+    toward = np.array([0.2 - x, 0.3 - y])
+    assert np.linalg.norm(toward) > 0.3
+    level = task.simulation.data.site("tool").xmat.reshape(3, 3)
+    assert level[:2, 0] == pytest.approx([np.cos(np.deg2rad(35.0)), np.sin(np.deg2rad(35.0))], abs=0.01)
+
+
 def test_execute_follows_a_known_way_and_not_a_wrong_one():
     """The ideal way opens the door, the same way without turning the lever does not."""
     task = DoorTask(Door())
