@@ -253,6 +253,10 @@ def test_misuse_is_named():
         damped_least_squares(case.model, case.q0, task, damping=0.0)
     with pytest.raises(InvalidType, match="model"):
         prioritized.solve(robots.load("mobile_manipulator"), case.q0, task)
+    with pytest.raises(InvalidType, match="tasks = None"):
+        prioritized.solve(case.model, case.q0, None)
+    with pytest.raises(InvalidType, match="data = 3"):
+        prioritized.solve(case.model, case.q0, task, data=3)
     with pytest.raises(InvalidType, match="tasks"):
         prioritized.solve(case.model, case.q0, [case.target])
     with pytest.raises(InvalidValue, match="at least one"):

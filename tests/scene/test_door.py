@@ -108,6 +108,8 @@ def test_dimensions_and_stiffnesses_reach_the_model():
         ("spindle_radius", 50.0),
         ("stand_off", 1e-9),
         ("mass", 1e9),
+        ("panel_height", 2.5),
+        ("file", "door.xml"),
     ],
 )
 def test_impossible_doors_are_refused_by_name(argument, value):
@@ -130,6 +132,13 @@ def test_a_name_that_the_file_lacks_is_refused(tmp_path, argument):
     names = {"hinge": "pivot", "handle": "turn", "grip": "hold", "latch": "catch", argument: "nothing"}
     with pytest.raises(ValueError, match=f"{argument} = 'nothing'"):
         Door.from_mjcf(path, **names)
+
+
+def test_a_hinge_is_no_handle(tmp_path):
+    path = tmp_path / "other.xml"
+    path.write_text(OTHER)
+    with pytest.raises(ValueError, match="handle = 'pivot'"):
+        Door.from_mjcf(path, hinge="pivot", handle="pivot", grip="hold")
 
 
 @pytest.mark.parametrize("text", ["", OTHER[: len(OTHER) // 2], OTHER.replace('type="box"', 'type="bax"')])
