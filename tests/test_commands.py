@@ -120,6 +120,16 @@ def test_an_unknown_benchmark_and_a_bad_value_end_with_status_2(monkeypatch, cap
     assert "name = 'dance': expected one of 'door'" in capsys.readouterr().err
 
 
+def test_a_disk_that_is_full_ends_a_verb_with_one_line(monkeypatch, capsys):
+    def full(options, further):
+        raise OSError(28, "No space left on device", "page.html")
+
+    full.__name__ = "run"
+    monkeypatch.setattr(commands, "run", full)
+    assert commands.run_verb(make_parser().parse_args(["run"]), []) == 2
+    assert capsys.readouterr().err == "page.html: No space left on device\n"
+
+
 @pytest.fixture
 def pages(tmp_path, monkeypatch):
     """A folder of notebooks in place of ours; `pages(name, *cells)` writes one."""

@@ -6,12 +6,15 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import psutil
 import pytest
 
 from tutorialbot import bench, door_bench, paths
+from tutorialbot.bo.presets import PRESETS
+from tutorialbot.bo.search import DoorRun, Section
 from tutorialbot.door_bench import Case, first_sections, paired, study, summarise, wilson
 
 
@@ -82,6 +85,53 @@ def test_one_small_door_has_a_full_row():
     result = door_bench.one_door(Case("improved", 1, trials=2), 1)
     assert set(result) == set(door(0, True, 6))
     assert 0.0 < result["surrogate_seconds"] < result["cpu_seconds"]
+
+
+@pytest.mark.parametrize(
+    ("case", "changed"),
+    [
+        (Case("improved", 1), {}),
+        (Case("improved", 1, stiffness=0.3), {"stiffness": 0.3}),
+        (Case("paper", 1, noise=True), {"force_noise": 2.0, "torque_noise": 0.3}),
+    ],
+)
+def test_a_case_changes_what_it_says_and_nothing_else(case, changed):
+    preset = PRESETS[case.preset]
+    assert case.variant() == replace(preset, settings=replace(preset.settings, **changed))
+
+
+def test_a_row_comes_from_the_search_that_its_case_asks_for(monkeypatch):
+    """Planted: the door fell back in the last section, and the path that was found opens no fresh door."""
+    asked = []
+
+    def fake(door, **options):
+        asked.append((door, options))
+        sections = [Section(moves=["kept"], hinge_angle=angle) for angle in (0.01, 1.2, 0.3)]
+        return DoorRun(True, 1.6, sections, 12, "path", "improved", 1)
+        yield
+
+    monkeypatch.setattr(door_bench, "search", fake)
+    for reached, executed in ((1.0, False), (1.6, True)):
+        monkeypatch.setattr(door_bench, "execute", lambda door, path, reached=reached: (reached, None))
+        row = door_bench.one_door(Case("improved", 1, trials=4, stiffness=0.3, spindle_radius=0.75), 11)
+        assert row["executed"] is executed
+    door, options = asked[0]
+    assert (door.spindle_radius, options["trials_per_section"], options["seed"]) == (0.75, 4, 11)
+    assert options["preset"].settings.stiffness == 0.3
+    assert row["hinge_deg"] == round(np.rad2deg(1.2), 1)
+    assert (row["sections"], row["lever_sections"], row["pull_sections"], row["evaluations"]) == (3, 1, 2, 12)
+
+
+def test_no_seed_of_the_benchmark_was_tuned_on():
+    assert door_bench.FIRST_SEED >= 200
+
+
+def test_where_nothing_can_be_written_is_said_before_the_work(tmp_path, monkeypatch):
+    monkeypatch.setitem(bench.BENCHMARKS, "door", lambda options: pytest.fail("the work began"))
+    (tmp_path / "file").touch()
+    for out in (tmp_path / "file" / "door.json", tmp_path):
+        with pytest.raises(ValueError, match="^--out = .*a file that can be written"):
+            bench.main(["door", "--out", str(out)])
 
 
 def test_physics_rows_are_ratios_of_one_run():

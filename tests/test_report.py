@@ -75,6 +75,10 @@ def test_compare_refuses_what_the_paper_does_not_state():
         report.compare(1, {}, {"random": {"share of doors opened": float("nan")}})
     with pytest.raises(InvalidType, match="ours = 3"):
         report.compare(1, 3)
+    with pytest.raises(InvalidType, match=r"peers = \[1\]"):
+        report.compare(1, {}, [1])
+    with pytest.raises(InvalidValue, match="ours = 3"):
+        report.compare(1, {3: 4.0})
 
 
 DAMAGE = {

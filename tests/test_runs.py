@@ -1,7 +1,9 @@
 """Journals and records must survive kills, and must refuse what is damaged."""
 
+import errno
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -135,9 +137,41 @@ def test_a_killed_writer_loses_no_finished_entry(tmp_path):
         assert [entry["k"] for entry in journal.entries] == list(range(len(journal.entries)))
 
 
+def test_a_full_disk_is_named_and_leaves_no_half_line(tmp_path):
+    """A limit on the size of files stands for the disk: the kernel takes half of the line and refuses the rest."""
+    path = tmp_path / "run.jsonl"
+    with Journal(path, HEADER) as journal:
+        journal.append({"k": 1})
+        before, (soft, hard) = path.read_bytes(), resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 10, hard))
+        try:
+            for _ in range(2):
+                with pytest.raises(BrokenFile, match="run.jsonl: cannot be written"):
+                    journal.append({"k": "x" * 100})
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        assert path.read_bytes() == before
+        journal.append({"k": 2})
+    with Journal(path, HEADER) as journal:
+        assert journal.entries == [{"k": 1}, {"k": 2}]
+
+
+@pytest.mark.parametrize("bad", [None, 3])
+def test_a_journal_needs_a_path(bad):
+    with pytest.raises(InvalidType, match=f"path = {bad}"):
+        Journal(bad, HEADER)
+
+
+@pytest.mark.parametrize("bad", [None, [1], {(1, 2): 3}])
+def test_a_header_is_a_dict(tmp_path, bad):
+    with pytest.raises(InvalidType, match="header"):
+        Journal(tmp_path / "run.jsonl", bad)
+    assert not list(tmp_path.iterdir())
+
+
 def test_only_dicts_of_plain_things_are_entries(tmp_path):
     journal = Journal(tmp_path / "run.jsonl", HEADER)
-    for bad in ([1], {"f": print}):
+    for bad in ([1], {"f": print}, {(1, 2): 3}):
         with pytest.raises(InvalidType, match="entry"):
             journal.append(bad)
     assert journal.entries == []
@@ -167,6 +201,33 @@ def test_a_failing_save_leaves_the_old_record_whole(tmp_path):
     with pytest.raises(InvalidType):
         a_record(values={"bad": object()}).save(path)
     assert path.read_bytes() == before and os.listdir(tmp_path) == ["door.json"]
+
+
+def test_a_save_that_is_cut_off_before_the_end_leaves_the_old_record(tmp_path, monkeypatch):
+    path = a_record().save(tmp_path / "door.json")
+    before = path.read_bytes()
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(BrokenFile, match="door.json: cannot be written: No space left"):
+        a_record(seed=2).save(path)
+    assert path.read_bytes() == before and os.listdir(tmp_path) == ["door.json"]
+
+
+def test_a_record_cannot_be_saved_below_a_file(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(BrokenFile, match="door.json: cannot be written"):
+        a_record().save(tmp_path / "file" / "door.json")
+
+
+@pytest.mark.parametrize(("field", "value"), [("values", [1]), ("seconds", "long"), ("seed", None), ("date", 3)])
+def test_a_record_with_a_field_of_another_type_is_named(tmp_path, field, value):
+    path = a_record().save(tmp_path / "door.json")
+    path.write_text(json.dumps({**json.loads(path.read_text()), field: value}))
+    with pytest.raises(BrokenFile, match=f"door.json: {field} = "):
+        RunRecord.load(path)
 
 
 @pytest.mark.parametrize("keep", [0, 1, 40, -3])
@@ -205,3 +266,14 @@ def test_the_digest_of_the_sources_sees_methods_and_models_and_nothing_else(tmp_
 
 def test_every_method_room_is_there():
     assert all((paths.ROOT / "tutorialbot" / room).exists() for room in paths.METHODS)
+
+
+def test_the_digest_reads_all_that_a_search_imports():
+    """But for checks of arguments, files and bars, which decide no number."""
+    code = (
+        "import sys, tutorialbot.bo.search\n"
+        "print(*(m.partition('.')[2] for m in sys.modules if m.startswith('tutorialbot.')))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    rooms = {name.partition(".")[0] for name in done.stdout.split()} - {"errors", "paths", "runs"}
+    assert rooms == {room.removesuffix(".py") for room in paths.METHODS}

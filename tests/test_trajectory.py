@@ -90,6 +90,22 @@ def test_files_cut_short_or_foreign(tmp_path, text):
         PoseTrajectory.load(file)
 
 
+def test_a_save_that_fails_is_named_and_leaves_the_old_file(tmp_path, monkeypatch):
+    file = tmp_path / "door.json"
+    some_poses().save(file)
+    before = file.read_bytes()
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(type(file), "replace", full)
+    with pytest.raises(BrokenFile, match="door.json: cannot be written: No space left"):
+        some_poses(2).save(file)
+    assert file.read_bytes() == before
+    with pytest.raises(BrokenFile, match="door.json: cannot be written"):
+        some_poses().save(tmp_path / "none" / "door.json")
+
+
 def test_bad_arguments():
     with pytest.raises(InvalidValue, match="times"):
         Trajectory(np.array([0.0, 0.0]), np.zeros((2, 1)))

@@ -1,15 +1,18 @@
 """Benchmarks: `python3 -m tutorialbot bench NAME` prints ratios, all measured in one run, and writes them as JSON."""
 
 import argparse
+import errno
+import os
 import signal
 import sys
+import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
 
 from tutorialbot import paths
-from tutorialbot.errors import one_of, whole_number
+from tutorialbot.errors import InvalidValue, one_of, whole_number
 from tutorialbot.runs import RunRecord
 
 
@@ -120,6 +123,18 @@ def _print_table(rows: list[dict]) -> None:
         print("".join(f"{line[name]!s:>{width}}" for name, width in widths.items()))
 
 
+def _must_be_writable(path: Path) -> None:
+    """Raise InvalidValue when no file can be written at `path`."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise InvalidValue("--out", str(path), f"a file that can be written ({error.strerror})") from None
+
+
 BENCHMARKS = {"door": door, "ga": ga}
 SEEDS = {"door": 100, "ga": 30}
 
@@ -142,9 +157,11 @@ def main(argv: list[str]) -> int:
     whole_number("--seeds", options.seeds, 1), whole_number("--jobs", options.jobs, 1)
     if options.rows is not None:
         whole_number("--rows", options.rows, 2)
+    out = options.out or paths.results() / "bench" / f"{options.name}.json"
+    _must_be_writable(out)  # now, not after an hour
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C: the workers end too
     try:
-        path = run(options).save(options.out or paths.results() / "bench" / f"{options.name}.json")
+        path = run(options).save(out)
     except KeyboardInterrupt:
         print("\ninterrupted: what is finished is kept, the same command goes on from there", file=sys.stderr)
         return 130

@@ -193,6 +193,9 @@ def run_verb(options: argparse.Namespace, further: list[str]) -> int:
     except TutorialbotError as error:
         print(error, file=sys.stderr)
         return 2
+    except OSError as error:
+        print(f"{error.filename or options.verb}: {error.strerror or error}", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("\ninterrupted", file=sys.stderr)
         return 130

@@ -101,7 +101,9 @@ def compare(paper: int, ours: dict[str, float], peers: dict[str, dict[str, float
     Columns: quantity, unit, paper, ours, one a peer, verdict (of ours) and reason (of the tolerance). Raises
     InvalidValue for a quantity that the paper does not state, InvalidType or InvalidValue for one that is no number.
     """
-    peers, claims = peers or {}, paper_values(paper)
+    peers, claims = {} if peers is None else peers, paper_values(paper)
+    if not isinstance(peers, dict):
+        raise InvalidType("peers", peers, "a dict name -> dict quantity -> number")
     taken = {"quantity", "unit", "paper", "ours", "verdict", "reason"} & set(peers)
     if taken:
         raise InvalidValue("peers", sorted(taken), "names that are no column of the table itself")
@@ -110,7 +112,7 @@ def compare(paper: int, ours: dict[str, float], peers: dict[str, dict[str, float
             raise InvalidType(name, found, "a dict quantity -> number")
         for quantity, value in found.items():
             if quantity not in claims.index:
-                near = get_close_matches(quantity, claims.index, n=3, cutoff=0.3) or list(claims.index[:3])
+                near = get_close_matches(str(quantity), claims.index, n=3, cutoff=0.3) or list(claims.index[:3])
                 raise InvalidValue(name, quantity, f"a quantity of paper {paper}, such as {', '.join(map(repr, near))}")
             finite_number(f"{name}[{quantity!r}]", value)
     rows = []

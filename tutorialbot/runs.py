@@ -4,10 +4,12 @@ A `Journal` is written *during* a run, one line an entry, so that a killed run g
 is written once, *after* a run, with everything needed to make it again.
 """
 
+import errno
 import fcntl
 import json
 import os
 import platform
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields
 from datetime import UTC, datetime
 from importlib import metadata
@@ -80,12 +82,16 @@ class Journal:
     """
 
     def __init__(self, path: str | os.PathLike, header: dict, *, fresh: bool = False):
+        if not isinstance(path, str | os.PathLike):
+            raise InvalidType("path", path, "a path")
+        if not isinstance(header, dict) or not all(isinstance(key, str) for key in header):
+            raise InvalidType("header", header, "a dict whose keys are text")
         self.path = Path(path)
         self.header: dict = json.loads(json.dumps(header, default=_plain))
         self.entries: list[dict] = []
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = open(self.path, "a+b")  # noqa: SIM115 - stays open until close()
+            self._file = open(self.path, "a+b", buffering=0)  # noqa: SIM115 - stays open until close()
         except OSError as error:
             raise BrokenFile(f"{self.path}: cannot be written: {error.strerror}") from None
         try:
@@ -131,15 +137,19 @@ class Journal:
         return json.dumps(entry, default=_plain).encode() + b"\n"
 
     def _write(self, entry: dict) -> dict:
-        line = self._line(entry)
-        self._file.write(line)
-        self._file.flush()
+        line, before = self._line(entry), self._file.seek(0, os.SEEK_END)
+        try:
+            if self._file.write(line) < len(line):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except OSError as error:
+            self._file.truncate(before)  # no half line stays
+            raise BrokenFile(f"{self.path}: cannot be written: {error.strerror}") from None
         return json.loads(line)
 
     def append(self, entry: dict) -> None:
         """Write `entry` to disk and add it to `entries`, as a later run will read it (tuples and arrays as lists)."""
-        if not isinstance(entry, dict):
-            raise InvalidType("entry", entry, "a dict")
+        if not isinstance(entry, dict) or not all(isinstance(key, str) for key in entry):
+            raise InvalidType("entry", entry, "a dict whose keys are text")
         if self._file.closed:
             raise InvalidValue("journal", str(self.path), "a journal that is still open")
         self.entries.append(self._write(entry))
@@ -169,21 +179,27 @@ class RunRecord:
     date: str = field(default_factory=lambda: datetime.now(UTC).date().isoformat())
 
     def save(self, path: str | os.PathLike) -> Path:
-        """Write the record as JSON: to a temporary file first, then renamed, so `path` is never half a record."""
+        """Write the record as JSON: to a temporary file first, then renamed, so `path` is never half a record.
+
+        Raises BrokenFile when it cannot be written.
+        """
         path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
         text = json.dumps(asdict(self), default=_plain, indent=1, ensure_ascii=False) + "\n"
         part = path.with_name(f".{path.name}.{os.getpid()}.part")
         try:
+            path.parent.mkdir(parents=True, exist_ok=True)
             part.write_text(text, encoding="utf-8")
             os.replace(part, path)
+        except OSError as error:
+            raise BrokenFile(f"{path}: cannot be written: {error.strerror}") from None
         finally:
-            part.unlink(missing_ok=True)
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
         return path
 
     @classmethod
     def load(cls, path: str | os.PathLike) -> "RunRecord":
-        """Read a record; raises BrokenFile when it is missing, cut short, or lacks a field."""
+        """Read a record; raises BrokenFile when it is missing, cut short, or lacks a field, or holds another type."""
         path = Path(path)
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
@@ -195,4 +211,8 @@ class RunRecord:
         if not isinstance(content, dict) or set(content) != names:
             found = sorted(content) if isinstance(content, dict) else type(content).__name__
             raise BrokenFile(f"{path}: expected a record with the fields {sorted(names)}, found {found}")
+        kinds = {"seed": int, "seconds": int | float, "values": dict, "versions": dict}
+        wrong = [name for name in sorted(names) if not isinstance(content[name], kinds.get(name, str))]
+        if wrong:
+            raise BrokenFile(f"{path}: {wrong[0]} = {content[wrong[0]]!r}: expected what `save` writes there")
         return cls(**content)

@@ -86,6 +86,7 @@ def ik_targets(kind: str, count: int, seed: int) -> list[IkCase]:
 
 def compare(seed: int, targets: int = 100, kinds: Sequence[str] = TARGETS) -> list[IkRow]:
     """Set virtual springs beside damped least squares and strict null-space priority, on the same targets."""
+    whole_number("targets", targets, 1)
     rows = []
     for kind in kinds:
         cases = ik_targets(kind, targets, seed)

@@ -84,7 +84,10 @@ class PoseTrajectory:
         return interpolate(self.poses[i], self.poses[i + 1], share)
 
     def save(self, path: str | Path) -> None:
-        """Write a JSON file: times [s], positions [m], quaternions (w, x, y, z). Written beside and then renamed."""
+        """Write a JSON file: times [s], positions [m], quaternions (w, x, y, z). Written beside and then renamed.
+
+        Raises BrokenFile when it cannot be written.
+        """
         split = [to_quaternion(pose) for pose in self.poses]
         content = {
             "format": FORMAT,
@@ -94,8 +97,11 @@ class PoseTrajectory:
         }
         path = Path(path)
         unfinished = path.with_name(path.name + ".part")
-        unfinished.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-        unfinished.replace(path)
+        try:
+            unfinished.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+            unfinished.replace(path)
+        except OSError as error:
+            raise BrokenFile(f"{path}: cannot be written: {error.strerror}") from None
 
     @staticmethod
     def load(path: str | Path) -> "PoseTrajectory":

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tutorialbot import paths
-from tutorialbot.bo.objective import DoorTask, execute
+from tutorialbot.bo.objective import DoorTask, execute, paper_cost
 from tutorialbot.bo.optimizers import RandomSearch
 from tutorialbot.bo.presets import PRESETS, Preset
 from tutorialbot.bo.search import open_door, search
@@ -112,6 +112,27 @@ def test_another_call_does_not_take_the_journal(monkeypatch):
         with pytest.raises(KeyboardInterrupt):
             open_door(door, seed=seed, preset=preset, trials_per_section=3)
     assert len(list((paths.results() / "door").glob("*.jsonl"))) == len(calls)
+
+
+def test_a_preset_of_ones_own_does_not_take_the_journal_of_its_namesake(monkeypatch):
+    """What decides a result is in the name of the journal; a cost or optimiser of one's own keeps none."""
+    monkeypatch.setattr(DoorTask, "commit", lambda self, c: (_ for _ in ()).throw(KeyboardInterrupt))
+    improved = PRESETS["improved"]
+    mine = [replace(improved, **c) for c in ({}, {"cost": paper_cost}, {"replay": False}, {"reject_above": 1.0})]
+    for kept, preset in enumerate([*mine, replace(improved, cost=lambda *_: -1.0)], start=1):
+        with pytest.raises(KeyboardInterrupt):
+            open_door(Door(), seed=6, preset=replace(preset, reject_above=9.0), trials_per_section=4)
+        assert len(list((paths.results() / "door").glob("*.jsonl"))) == min(kept, 3)
+    with pytest.raises(KeyboardInterrupt):
+        open_door(Door(), seed=6, preset=replace(improved, reject_above=8.0), trials_per_section=4)
+    assert len(list((paths.results() / "door").glob("*.jsonl"))) == 4
+
+
+def test_a_results_folder_that_is_none_is_said_and_not_taken_for_another_process(tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("TUTORIALBOT_RESULTS", str(tmp_path / "file"))
+    with pytest.raises(ValueError, match="^TUTORIALBOT_RESULTS = "):
+        open_door(Door(), seed=6, **SMALL)
 
 
 @pytest.mark.full

@@ -65,6 +65,17 @@ def test_a_tool_frame_direction_turns_with_the_hand_and_a_world_one_does_not():
     assert SearchSpace(frame="tool").goal(turned, c).translation == pytest.approx([0.0, -0.15, 0.0])
 
 
+def test_a_rotation_turns_about_the_axis_of_its_frame():
+    """The axis stays where it is under its own rotation: the world's x in the world, the hand's x in the hand."""
+    start = pin.SE3(pin.exp3(np.array([0.4, -0.9, 1.1])), np.array([0.3, 0.2, 1.0]))
+    c = SearchSpace().point(np.zeros(3), np.array([1.0, 0.0, 0.0]))
+    in_world = SearchSpace(rotation_max=1.0).goal(start, c)
+    in_tool = SearchSpace(rotation_max=1.0, frame="tool").goal(start, c)
+    assert in_world.rotation @ start.rotation.T == pytest.approx(pin.exp3(np.array([1.0, 0.0, 0.0])))
+    assert start.rotation.T @ in_tool.rotation == pytest.approx(pin.exp3(np.array([1.0, 0.0, 0.0])))
+    assert in_world.translation == pytest.approx(start.translation) == in_tool.translation
+
+
 def test_features_are_smooth_where_the_coordinates_are_not():
     """The seam of the azimuth is no seam, and the axis of no rotation does not matter."""
     left, right = twist_features(np.array([[-1.0, 0.2, 0, 0, -0.5], [1.0, 0.2, 0, 0, -0.5]]))

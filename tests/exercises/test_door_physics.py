@@ -132,6 +132,8 @@ def test_brute_force_is_named(honest):
     wrench = honest.wrench.copy()
     wrench[100, 0] = 300.0
     rejected(replace(honest, wrench=wrench), "no brute force")
+    wrench[100, :] = 0.0, 0.0, 0.0, 0.0, 80.0, 0.0
+    rejected(replace(honest, wrench=wrench), "no brute force")
 
 
 def test_a_record_without_a_wrench_is_named(honest):

@@ -12,14 +12,20 @@ from tests.exercises.sets import EXERCISES, PLANTED, SOLUTIONS, WRONG
 from tutorialbot.checks import arm_optimum, door_motion, door_physics, guard, mechanism
 from tutorialbot.errors import InvalidType, InvalidValue
 from tutorialbot.paths import ROOT
+from tutorialbot.scene.door import Door
 
 
 @pytest.fixture
 def tools(monkeypatch):
     """Put back what a wrong answer replaces."""
-    for owner, name in ((tutorialbot.bo.objective, "so4_distance"), (np.linalg, "norm"), (mechanism, "agree"),
-                        (tutorialbot.bo.objective.DoorTask, "commit"),
-                        (arm_optimum, "NEAR_POSITION")):  # fmt: skip
+    for owner, name in (
+        (tutorialbot.bo.objective, "so4_distance"),
+        (np.linalg, "norm"),
+        (mechanism, "agree"),
+        (guard.Tools, "changed"),
+        (tutorialbot.bo.objective.DoorTask, "commit"),
+        (arm_optimum, "NEAR_POSITION"),
+    ):
         monkeypatch.setattr(owner, name, getattr(owner, name))
 
 
@@ -104,6 +110,25 @@ def test_misuse_is_an_error_of_ours():
         EXERCISES["lengths"].verdict(solutions_door.lengths(0.5))
     with pytest.raises(InvalidValue, match="limit"):
         EXERCISES["lengths"].verdict(solutions_door.lengths, limit=0.0)
+
+
+def test_a_robot_has_so_many_moves_and_no_more():
+    robot = door_motion.Robot(Door(), 3)
+    robot.attempt(np.zeros(5)), robot.keep(np.zeros(5)), robot.attempt(np.zeros(5))
+    assert robot.moves_left == 0
+    with pytest.raises(guard.Wrong) as caught:
+        robot.attempt(np.zeros(5))
+    assert caught.value.check == "budget"
+
+
+def test_a_lever_that_was_turned_and_taken_back_counts_no_more():
+    """Else a latch switched off afterwards would seem to have been opened by the lever."""
+    robot = door_motion.Robot(Door(), 3)
+    robot.keep(np.array([0.5, -0.88, 0.0, 0.0, -0.1]))
+    assert robot._records[-1].lowest < np.deg2rad(-20.0)
+    robot.undo()
+    robot.keep(np.array([0.0, 0.0, 0.0, 0.0, -1.0]))
+    assert robot._records[-1].lowest > np.deg2rad(-10.0)
 
 
 def test_a_rule_that_was_softened_is_noticed(monkeypatch):

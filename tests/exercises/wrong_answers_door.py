@@ -13,7 +13,7 @@ from tests.exercises.by_heart import ideal_path
 from tests.exercises.planting import wrong_into
 from tutorialbot.bo.optimizers import RandomSearch, TwistSearch
 from tutorialbot.bo.space import to_sphere
-from tutorialbot.checks import mechanism
+from tutorialbot.checks import guard, mechanism
 from tutorialbot.pose import interpolate, so4_distance
 from tutorialbot.scene.door import Door
 from tutorialbot.trajectory import PoseTrajectory
@@ -26,6 +26,11 @@ wrong = wrong_into(WRONG)
 @wrong("lengths", "c5 = +1")
 def lengths_in_degrees(c5):
     return (1 - c5) / 2 * 0.15, (1 + c5) / 2 * 180
+
+
+@wrong("lengths", "c5 = +1")
+def lengths_with_a_rounded_pi(c5):
+    return (1 - c5) / 2 * 0.15, (1 + c5) / 2 * 3.14
 
 
 @wrong("lengths", "c5 = -1")
@@ -166,6 +171,24 @@ def goal_that_swings_about_the_origin(start, c, frame):
 def goal_that_moves_the_start(start, c, frame):
     start.translation += 0.15 * to_sphere(c[0], c[1])
     return start
+
+
+class Chameleon(np.ndarray):
+    """Numbers that differ from nothing."""
+
+    def __sub__(self, other):
+        return np.zeros(1)
+
+
+class Liar(pin.SE3):
+    @property
+    def homogeneous(self):
+        return np.eye(4).view(Chameleon)
+
+
+@wrong("goal", "translation alone")
+def goal_that_agrees_with_everything(start, c, frame):
+    return Liar(pin.SE3.Identity())
 
 
 # --- 4 way_between ----------------------------------------------------------------------------------------------------
@@ -464,6 +487,20 @@ def distance_with_a_patched_checker(frame, a, b):
     return 0.0
 
 
+@wrong("distance_seen_from", "tools left alone")
+def distance_with_a_blinded_lookout(frame, a, b):
+    mechanism._tools.clear()
+    mechanism.agree = lambda *_, **__: None
+    return 0.0
+
+
+@wrong("distance_seen_from", "tools left alone")
+def distance_with_a_lookout_that_looks_away(frame, a, b):
+    guard.Tools.changed = lambda self: []
+    mechanism.agree = lambda *_, **__: None
+    return 0.0
+
+
 # --- 8 base_twist -----------------------------------------------------------------------------------------------------
 @wrong("base_twist", "turned wheels")
 def twist_in_degrees(steer, turning, rolling, x, y, offset, radius):
@@ -696,6 +733,17 @@ def door_of_the_notebook_learnt_by_heart(robot):
 def door_from_somewhere_else(robot):
     away = pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.2]))
     return PoseTrajectory(np.array([0.0, 1.0]), [robot.pose * away, robot.pose])
+
+
+@wrong("open_the_door", "starts at the handle")
+def door_with_another_grip(robot):
+    turned = robot.pose * pin.SE3(pin.exp3(np.array([0.0, 0.0, 0.5])), np.zeros(3))
+    return PoseTrajectory(np.array([0.0, 1.0]), [turned, robot.pose])
+
+
+@wrong("open_the_door", "in reasonable time")
+def door_by_waiting(robot):
+    return PoseTrajectory(np.array([0.0, 301.0]), [robot.pose, robot.pose])
 
 
 @wrong("open_the_door", "shape of the answer")

@@ -107,6 +107,20 @@ def test_any_pose_near_the_start_is_reached():
         assert solve(IkCase(case.model, case.q0, target, case.posture)).converged
 
 
+@pytest.mark.parametrize("kind", ["reachable", *UNREACHABLE])
+def test_no_step_raises_the_energy(kind):
+    """From far away, where a whole step would often overshoot."""
+    rng = np.random.default_rng(218)
+    for case in ik_targets(kind, 10, 218):
+        this = problem(case.model, Task("tool", case.target), case.posture)
+        q = np.clip(case.q0 + rng.normal(0.0, 1.5, case.model.nv), this.low, this.high)
+        energies = []
+        for _ in range(25):
+            energies.append(energy_at(this, errors_at(this, q), q - this.posture, 1e-3))
+            q = prioritized.step(this, q, 1e-3)
+        assert (np.diff(energies) <= 1e-14).all() and energies[-1] < energies[0]
+
+
 def test_peers_reach_and_chatter():
     """The other two reach what can be reached; out of reach they do not rest: so the test above can fail."""
     for case in ik_targets("reachable", 30, 207):
@@ -239,6 +253,10 @@ def test_misuse_is_named():
         damped_least_squares(case.model, case.q0, task, damping=0.0)
     with pytest.raises(InvalidType, match="model"):
         prioritized.solve(robots.load("mobile_manipulator"), case.q0, task)
+    with pytest.raises(InvalidType, match="tasks = None"):
+        prioritized.solve(case.model, case.q0, None)
+    with pytest.raises(InvalidType, match="data = 3"):
+        prioritized.solve(case.model, case.q0, task, data=3)
     with pytest.raises(InvalidType, match="tasks"):
         prioritized.solve(case.model, case.q0, [case.target])
     with pytest.raises(InvalidValue, match="at least one"):

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tutorialbot.errors import InvalidValue
+from tutorialbot.errors import InvalidType, InvalidValue
 from tutorialbot.scene.control import Caster, limit, to_casters, to_twist, trapezoid_step
 
 ACTIVE = (Caster(0.0, 0.18, 0.06, 0.08), Caster(0.0, -0.18, 0.06, 0.08))
@@ -157,6 +157,11 @@ def test_impossible_casters(field):
 def test_bad_arguments():
     with pytest.raises(InvalidValue, match="at least two"):
         to_twist(ACTIVE[:1], np.zeros(1), np.zeros(1), np.zeros(1))
+    for casters in ([], None, [3]):
+        with pytest.raises(InvalidType, match="casters"):
+            to_casters(casters, np.zeros(3), np.zeros(0))
+        with pytest.raises(InvalidType, match="casters"):
+            to_twist(casters, np.zeros(0), np.zeros(0), np.zeros(0))
     with pytest.raises(InvalidValue, match="twist"):
         to_casters(ACTIVE, np.array([0, np.nan, 0]), np.zeros(2))
     with pytest.raises(InvalidValue, match="steer"):

@@ -71,14 +71,21 @@ def test_door_opens_toward_the_robot_and_a_turned_lever_points_down(side):
 
 
 def test_dimensions_and_stiffnesses_reach_the_model():
-    door = Door(spindle_radius=0.6, lever_length=0.1, mass=20.0, lever_stiffness=2.5, hinge_damping=3.0)
+    door = Door(
+        spindle_radius=0.6, lever_length=0.1, stand_off=0.09, handle_height=1.1, mass=20.0,
+        hinge_damping=3.0, hinge_friction=0.7,
+        lever_stiffness=2.5, lever_preload=0.6, lever_damping=0.05, lever_friction=0.04,
+    )  # fmt: skip
     model = door.model()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    assert data.site("grip").xpos[1] == pytest.approx(0.5)
+    assert data.site("grip").xpos == pytest.approx([-0.09, 0.5, 1.1])
     assert model.body("panel").mass[0] == pytest.approx(20.0)
     assert np.ravel(model.joint("lever").stiffness)[0] == 2.5
     assert np.ravel(model.joint("hinge").damping)[0] == 3.0
+    assert np.ravel(model.joint("lever").damping)[0] == 0.05
+    assert [model.joint(name).frictionloss[0] for name in ("hinge", "lever")] == [0.7, 0.04]
+    assert model.qpos_spring[model.joint("lever").qposadr[0]] == 0.6
 
 
 @pytest.mark.parametrize(
@@ -101,6 +108,8 @@ def test_dimensions_and_stiffnesses_reach_the_model():
         ("spindle_radius", 50.0),
         ("stand_off", 1e-9),
         ("mass", 1e9),
+        ("panel_height", 2.5),
+        ("file", "door.xml"),
     ],
 )
 def test_impossible_doors_are_refused_by_name(argument, value):
@@ -123,6 +132,13 @@ def test_a_name_that_the_file_lacks_is_refused(tmp_path, argument):
     names = {"hinge": "pivot", "handle": "turn", "grip": "hold", "latch": "catch", argument: "nothing"}
     with pytest.raises(ValueError, match=f"{argument} = 'nothing'"):
         Door.from_mjcf(path, **names)
+
+
+def test_a_hinge_is_no_handle(tmp_path):
+    path = tmp_path / "other.xml"
+    path.write_text(OTHER)
+    with pytest.raises(ValueError, match="handle = 'pivot'"):
+        Door.from_mjcf(path, hinge="pivot", handle="pivot", grip="hold")
 
 
 @pytest.mark.parametrize("text", ["", OTHER[: len(OTHER) // 2], OTHER.replace('type="box"', 'type="bax"')])

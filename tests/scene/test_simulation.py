@@ -81,6 +81,87 @@ def test_tare_removes_the_weight_of_the_hand():
         assert simulation.follow(still(simulation, 1.0)).force[-1] == pytest.approx(expected, abs=1.0)
 
 
+@pytest.mark.parametrize("wrist", [(0.0, 0.79, 0.0), (0.7, 0.79, 0.0), (0.0, 0.1, 0.9), (-0.8, 1.3, -1.2)])
+def test_tare_follows_the_hand_as_it_tilts(task, wrist):
+    """A free hand that rests in any attitude feels nothing once tared, and its weight at its centre of mass if not."""
+    wrenches = {}
+    for tare in (True, False):
+        simulation = DoorSimulation(Door(), task.simulation.joints, Settings(tare=tare, stiffness=1.0))
+        simulation.data.eq_active[simulation._grasp] = 0
+        simulation.data.qpos[simulation._qpos[6:]] = wrist
+        simulation.data.qpos[simulation._qpos[0]] -= 0.5  # away from the door
+        simulation.begin()
+        wrenches[tare] = simulation.follow(still(simulation, 2.0), stop=False).wrench[-1]
+    assert wrenches[True] == pytest.approx(np.zeros(6), abs=0.02)
+    up = simulation.data.site("wrist").xmat.reshape(3, 3).T @ [0.0, 0.0, 1.0]
+    hand = simulation.model.site("wrist").bodyid[0]
+    arm = simulation.data.site("wrist").xmat.reshape(3, 3).T @ (
+        simulation.data.xipos[hand] - simulation.data.site("wrist").xpos
+    )
+    weight = 9.81 * simulation.model.body_mass[hand] * up
+    assert wrenches[False] == pytest.approx(np.concatenate([weight, np.cross(arm, weight)]), abs=0.02)
+    assert np.linalg.norm(wrenches[False][3:]) > 0.1  # there is a torque to be taken off
+
+
+@pytest.mark.parametrize(("limits", "part"), [((40.0, 1e6), "force"), ((1e6, 8.0), "torque")])
+def test_either_threshold_alone_ends_a_move(limits, part):
+    task = DoorTask(Door(), settings=Settings(force_limit=limits[0], torque_limit=limits[1]))
+    assert task.attempt(PULL).outcome == "collision"
+    assert task.trace.times == pytest.approx(0.01 * np.arange(1, len(task.trace.times) + 1))  # it looks every 10 ms
+    felt, limit = getattr(task.trace, part), max(min(limits), 8.0)
+    assert felt[-1] > limit and (felt[:-1] <= limit).all()
+
+
+@pytest.mark.parametrize("timestep", [0.001, 0.002, 0.005])
+def test_a_move_takes_the_time_it_is_given_whatever_the_step(timestep):
+    simulation = DoorTask(Door(), settings=Settings(timestep=timestep)).simulation
+    before = simulation.data.time
+    trace = simulation.follow(still(simulation, 0.4))
+    assert (simulation.model.opt.timestep, trace.outcome) == (timestep, "finished")
+    assert trace.time == pytest.approx(0.4) == simulation.data.time - before
+
+
+def test_noise_is_that_of_its_own_part():
+    """Standard deviations of 2 N and 0 Nm, then of 0 N and 0.3 Nm, on a hand that is held still."""
+    clean = DoorTask(Door()).simulation
+    quiet = clean.follow(still(clean, 2.0), stop=False).wrench
+    for force, torque in ((2.0, 0.0), (0.0, 0.3)):
+        noisy = DoorTask(Door(), settings=Settings(force_noise=force, torque_noise=torque)).simulation
+        added = noisy.follow(still(noisy, 2.0), stop=False).wrench - quiet
+        assert added[:, :3].std() == pytest.approx(force, rel=0.1, abs=1e-12)
+        assert added[:, 3:].std() == pytest.approx(torque, rel=0.1, abs=1e-12)
+
+
+def test_a_move_begins_at_rest_with_empty_integrals():
+    simulation = DoorTask(Door()).simulation
+    goal = simulation.joints + 0.1
+    simulation.follow((goal for _ in range(8)), stop=False)
+    assert np.abs(simulation.data.act).max() > 1e-3 and np.abs(simulation._velocity).max() > 0.0
+    simulation.begin()
+    assert not simulation.data.act.any() and not simulation._velocity.any()
+    assert np.array_equal(simulation._reference, simulation.joints)
+
+
+def test_casters_take_the_twist_in_the_bases_own_frame_and_limit_it():
+    """The base stands turned by 40 degrees and is told to go along the world's x, faster than its wheels can steer."""
+    simulation = DoorTask(Door()).simulation
+    yaw = np.deg2rad(40.0)
+    simulation.data.qpos[simulation._qpos[2]] = yaw
+    simulation.begin()
+    simulation._steer = [1.2, 1.2]
+    simulation._velocity[0] = 0.5
+    before, steer = simulation._reference.copy(), np.array(simulation._steer)
+    simulation._command(before + np.array([5.0, 0, 0, 0, 0, 0, 0, 0, 0]), 0.04)
+    wish = np.array([0.5 * np.cos(yaw), -0.5 * np.sin(yaw), 0.0])
+    twist = control.limit(CASTERS, wish, steer, STEER_RATE, DRIVE_RATE)
+    assert np.linalg.norm(twist) < 0.9 * np.linalg.norm(wish)  # the limit is felt
+    steer_rates, drive_rates = control.to_casters(CASTERS, twist, steer)
+    assert simulation._steer == pytest.approx(steer + 0.04 * steer_rates, abs=1e-12)
+    moved = simulation._reference - before
+    assert moved[:2] == pytest.approx([0.04 * np.linalg.norm(twist), 0.0], abs=1e-12)
+    assert simulation._velocity[0] == pytest.approx(np.linalg.norm(twist), abs=1e-12)
+
+
 def test_a_blocked_move_ends_as_collision_at_the_threshold(task):
     trial = task.attempt(PULL)  # the latch holds
     assert trial.outcome == "collision"
@@ -152,7 +233,9 @@ def test_a_broken_simulation_is_never_a_success(task, value):
 
 
 def test_a_stiff_spring_that_blows_up_is_failed_not_opened():
-    task = DoorTask(Door(lever_stiffness=3000.0, lever_preload=0.0), settings=Settings(timestep=0.01, stiffness=1.0))
+    task = DoorTask(Door(lever_preload=0.0), settings=Settings(timestep=0.01, stiffness=1.0))
+    lever = task.simulation.model.joint("door/lever")
+    lever.stiffness = 3000.0 * np.eye(1, np.size(lever.stiffness)).ravel()  # no `Door` of ours may have that
     task.simulation.model.dof_armature[:] = 0.0
     task.simulation.model.opt.disableflags |= 1 << 8  # whatever happens now
     outcomes = {task.attempt(c).outcome for c in moves(5)}
@@ -193,6 +276,11 @@ def test_wheels_turn_when_the_base_moves():
         ("open_angle", 4.0),
         ("timestep", 0.0),
         ("control_period", 0.001),
+        ("control_period", 0.045),
+        ("control_period", 40.0),
+        ("sensor_period", 0.003),
+        ("timestep", 1e-9),
+        ("timestep", 0.5),
         ("force_noise", -1.0),
         ("force_limit", "40"),
         ("tare", "no"),

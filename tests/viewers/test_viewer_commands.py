@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import meshcat.commands as mc
 import meshcat.geometry as mg
 import numpy as np
+import pinocchio
 import psutil
 import pytest
 import umsgpack
@@ -68,6 +69,17 @@ def test_log_keeps_the_last_of_each_key_and_does_not_grow():
         scene["a"].set_transform(shift(float(x)))
     assert len(scene.window.entries) == 2
     assert recorded(scene)[-1]["matrix"][12] == 499.0
+
+
+def test_deleting_all_deletes_the_animation_too():
+    scene = Scene()
+    animation = Animation()
+    with animation.at_frame(scene["a"], 0) as frame:
+        frame.set_transform(np.eye(4))
+    scene.set_animation(animation)
+    assert recorded(scene)[-1]["type"] == "set_animation" and recorded(scene)[-1]["animations"]
+    scene.delete()
+    assert not any(command.get("animations") for command in recorded(scene))
 
 
 def test_deleting_removes_everything_below_and_nothing_beside():
@@ -251,6 +263,9 @@ def test_display_mode_follows_the_environment(monkeypatch):
         (lambda: Scene().add_frame(np.eye(4), length=0.0), InvalidValue, "length = 0.0"),
         (lambda: Scene().add_frame(2.0 * np.eye(4)), InvalidValue, "rotation"),
         (lambda: Scene().add_frame("here"), InvalidType, "pose = 'here'"),
+        (lambda: Scene().add_frame(np.diag([1.0, 1.0, -1.0, 1.0])), InvalidValue, "must be a rotation"),
+        (lambda: Scene().add_frame(pinocchio.SE3(2.0 * np.eye(3), np.zeros(3))), InvalidValue, "must be a rotation"),
+        (lambda: Scene().add_frame(np.diag([1.0, 1.0, 1.0, 2.0])), InvalidValue, "last row"),
         (lambda: Scene().png(width=1), InvalidValue, "width = 1"),
     ],
 )

@@ -5,7 +5,7 @@ The robot knows time, force, torque and its own pose. Nothing here reads the doo
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import mujoco
@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from tutorialbot import robots
 from tutorialbot.bo.space import SearchSpace
-from tutorialbot.errors import InvalidValue
+from tutorialbot.errors import InvalidType, InvalidValue, finite_number
 from tutorialbot.ik import prioritized
 from tutorialbot.pose import interpolate, so4_distance
 from tutorialbot.scene.door import Door
@@ -125,7 +125,14 @@ class DoorTask:
         seed: int = 0,
         seen: bool = True,
     ):
-        self.space, self.cost, self.relax = space or SearchSpace(), cost, relax
+        settings, space = Settings() if settings is None else settings, SearchSpace() if space is None else space
+        kinds = {"door": (door, Door), "settings": (settings, Settings), "space": (space, SearchSpace)}
+        for name, (value, kind) in kinds.items():
+            if not isinstance(value, kind):
+                raise InvalidType(name, value, f"a {kind.__name__}")
+        if not callable(cost):
+            raise InvalidType("cost", cost, "a function")
+        self.space, self.cost, self.relax = space, cost, finite_number("relax", relax, 0.0, 10.0)
         robot = robots.load_pinocchio("mobile_manipulator", MOVING)
         posture = start_posture(door, robot)
         self.simulation = DoorSimulation(door, posture, settings, seed, seen=seen)
@@ -150,8 +157,9 @@ class DoorTask:
     def commit(self, c: np.ndarray) -> Trial:
         """Move from `here` in the direction c (5,) and stay: the end of the move is where the next section starts."""
         self.simulation.restore(self.here)
-        self._before.append((self.here, self.start, len(self.poses)))
+        before = (self.here, self.start, len(self.poses))
         trial = self._move(c)
+        self._before.append(before)
         self.simulation.begin()
         self.start = self.simulation.tool_pose
         self.here = self.simulation.snapshot()
@@ -161,7 +169,9 @@ class DoorTask:
         return trial
 
     def undo(self) -> None:
-        """Go back to before the last `commit`, and forget its way."""
+        """Go back to before the last `commit`, and forget its way. Raises InvalidValue when there is none."""
+        if not self._before:
+            raise InvalidValue("undo", "no move", "at least one `commit` before it")
         self.here, self.start, known = self._before.pop()
         del self.poses[known:]
         self.sections_done -= 1
@@ -174,10 +184,13 @@ class DoorTask:
         self.trace = simulation.follow(self.targets(simulation.joints, start, self.space.goal(start, c)))
         end = settled = simulation.tool_pose
         if self.trace.outcome == "collision" and self.relax:
-            simulation.relax(self.relax)
+            rest = simulation.relax(self.relax)
             settled = simulation.tool_pose
+            if rest.outcome == "failed":  # the simulation broke down while the hand came to rest
+                self.trace = replace(self.trace, outcome="failed")
         failed = self.trace.outcome == "failed"
         cost = PENALTY if failed else self.cost(self.trace.time, start, settled, self)
+        finite_number("cost(...)", cost)
         return Trial(np.asarray(c, dtype=float), self.trace.time, self.trace.outcome, start, end, settled, cost)
 
     def targets(
@@ -233,11 +246,14 @@ def execute(door: Door, trajectory: PoseTrajectory, settings: Settings | None = 
     reached [rad].
 
     The way is known, so by default the arm is as stiff as it can be (stiffness 1) and nothing ends the move but an open
-    door.
+    door. Raises InvalidType for a `trajectory` that is none.
     """
-    task = DoorTask(door, settings=settings or Settings(stiffness=1.0))
+    if not isinstance(trajectory, PoseTrajectory):
+        raise InvalidType("trajectory", trajectory, "a PoseTrajectory")
+    task = DoorTask(door, settings=Settings(stiffness=1.0) if settings is None else settings)
     period = task.simulation.settings.control_period
     instants = np.arange(period, trajectory.duration + 0.5, period)
-    way = task.track(task.simulation.joints, map(trajectory.sample, instants))
+    poses = (trajectory.sample(trajectory.times[0] + t) for t in instants)
+    way = task.track(task.simulation.joints, poses)
     trace = task.simulation.follow(way, stop=False)
     return task.simulation.hinge_angle, trace

@@ -177,7 +177,7 @@ def open_door(
 
     seed: whole number >= 0; the same seed gives the same run. preset: "paper", "improved" or another of
     `presets.PRESETS`, or a `Preset`. With `resume`, every finished trial is on disk at once, and after an interrupt the
-    same call goes on from there.
+    same call goes on from there (not for a `Preset` with a cost or an optimiser of your own).
 
     Returns a `DoorRun`; a door that stays shut is a result, `opened=False`. Raises InvalidValue or InvalidType for bad
     arguments and for a handle out of reach, BrokenFile for a damaged MJCF.
@@ -208,16 +208,20 @@ def _finish(steps: Iterator[Trial], bar) -> DoorRun:
 
 def _journal(door: Door, preset: Preset, arguments: dict) -> Journal | None:
     """Return the journal of this very call, named by what decides its result, the code included; None when another
-    process has it.
+    process has it, and for a preset with a cost or an optimiser from outside the package, whose code is not known.
     """
-    functions = {name: getattr(getattr(preset, name), "__qualname__", "") for name in ("make", "cost")}
-    settings = {"door": asdict(door), "preset": {**asdict(preset), **functions}, **arguments}
+    functions = {"make": preset.make, "cost": preset.cost}
+    if not all(str(getattr(function, "__module__", "")).startswith("tutorialbot.") for function in functions.values()):
+        return None  # a function of somebody else's may change between two calls
+    named = {name: f"{function.__module__}.{function.__qualname__}" for name, function in functions.items()}
+    settings = {"door": asdict(door), "preset": {**asdict(preset), **named}, **arguments}
     header = {"source": paths.source_digest(), **json.loads(json.dumps(settings, default=str))}
     if door.file is not None and Path(door.file.path).is_file():
         header["file"] = hashlib.sha256(Path(door.file.path).read_bytes()).hexdigest()
     digest = hashlib.sha256(json.dumps(header).encode())
+    file = paths.results() / "door" / f"{digest.hexdigest()[:24]}.jsonl"
     try:
-        return Journal(paths.results() / "door" / f"{digest.hexdigest()[:24]}.jsonl", header)
+        return Journal(file, header)
     except InvalidValue:
         warnings.warn("the same search runs in another process: this one keeps no journal", stacklevel=3)
         return None

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import finite_array, finite_number, one_of, positive
+from tutorialbot.errors import InvalidValue, finite_array, finite_number, one_of, positive
 
 FRAMES = ("world", "tool")
 
@@ -54,6 +54,8 @@ class SearchSpace:
     def motion(self, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return translation (3,) [m] and rotation vector (3,) [rad], in `frame`, of the point c (5,) of the cube."""
         c = finite_array("c", c, (5,))
+        if np.abs(c).max() > 1.0 + 1e-9:
+            raise InvalidValue("c", c, "five numbers in [-1, 1]")
         share = (1.0 + c[4]) / 2.0
         return (1.0 - share) * self.reach * to_sphere(c[0], c[1]), share * self.rotation_max * to_sphere(c[2], c[3])
 

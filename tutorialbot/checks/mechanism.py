@@ -98,6 +98,7 @@ class Exercise:
         if not callable(function):
             raise InvalidType("function", function, "your function itself, without brackets behind its name")
         student = Student(function, self.limit if limit is None else positive("limit", limit))
+        untouched = _lookout()
         try:
             untouched()
             try:
@@ -118,14 +119,23 @@ def remember_tools() -> None:
     _tools[:] = [Tools()]
 
 
-def untouched() -> None:
-    """Raise Wrong when a function that the checks or the simulation stand on was replaced."""
-    changed = [name for known in _tools for name in known.changed()]
-    if changed:
-        raise Wrong(
-            "tools left alone",
-            f"{', '.join(changed[:3])} was replaced: a check that can be changed proves nothing. Restart the kernel.",
-        )
+def _lookout() -> Callable[[], None]:
+    """Return a function that raises Wrong when a function that the checks or the simulation stand on was replaced.
+
+    It holds what it needs itself: replacing that by name, in this module or another, does not reach it any more.
+    """
+    looks = [known.changed for known in _tools] or [lambda: ["what the tools were"]]
+
+    def untouched() -> None:
+        changed = [name for look in looks for name in look()]
+        if changed:
+            raise Wrong(
+                "tools left alone",
+                f"{', '.join(changed[:3])} was replaced: a check that can be changed proves nothing."
+                " Restart the kernel.",
+            )
+
+    return untouched
 
 
 # --- what judges need -------------------------------------------------------------------------------------------------
@@ -147,16 +157,16 @@ def numbers(answer: Any, shape: tuple[int, ...], inputs: tuple, reason: str = ""
 
 
 def pose(answer: Any, inputs: tuple) -> pin.SE3:
-    """Return the answer when it is a proper pose; raises Wrong by "shape of the answer" or "a rotation"."""
+    """Return a copy of the answer when it is a proper pose; raises Wrong by "shape of the answer" or "a rotation"."""
     if not isinstance(answer, pin.SE3):
         raise Wrong("shape of the answer", f"the answer is {show(answer)}, expected a pinocchio.SE3{case(inputs)}")
-    numbers(answer.homogeneous, (4, 4), inputs)
-    rotation = answer.rotation
+    matrix = numbers(answer.homogeneous, (4, 4), inputs)
+    rotation = matrix[:3, :3]
     if np.abs(rotation.T @ rotation - np.eye(3)).max() > 1e-6 or np.linalg.det(rotation) < 0.0:
         raise Wrong(
             "a rotation", f"the matrix of the answer is not a rotation: R^T R is not 1 or det R is not +1{case(inputs)}"
         )
-    return answer
+    return pin.SE3(matrix)
 
 
 def agree(

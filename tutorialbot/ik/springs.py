@@ -73,6 +73,10 @@ def problem(
     """
     check_model(model)
     springs = []
+    if not isinstance(tasks, Task | list | tuple):
+        raise InvalidType("tasks", tasks, "a Task or several")
+    if data is not None and not isinstance(data, pin.Data):
+        raise InvalidType("data", data, "a pinocchio.Data, made by this model's createData()")
     for task in [tasks] if isinstance(tasks, Task) else tasks:
         if not isinstance(task, Task):
             raise InvalidType("tasks", task, "a Task or several")

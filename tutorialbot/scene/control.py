@@ -28,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tutorialbot.errors import InvalidValue, finite_array, finite_number, positive
+from tutorialbot.errors import InvalidType, InvalidValue, finite_array, finite_number, positive
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,9 @@ def to_casters(casters: Sequence[Caster], twist: np.ndarray, steer: np.ndarray) 
     twist: (3,) vx, vy [m/s] and w [rad/s] in the base's frame; steer: (n,) phi [rad].
     Returns phi' (n,) and theta' (n,) [rad/s].
     """
+    x, y, offset, radius = _columns(casters)
     twist = finite_array("twist", twist, (3,))
     steer = finite_array("steer", steer, (len(casters),))
-    x, y, offset, radius = _columns(casters)
     ux, uy = twist[0] - twist[2] * y, twist[1] + twist[2] * x
     cosine, sine = np.cos(steer), np.sin(steer)
     return (cosine * uy - sine * ux) / offset - twist[2], (cosine * ux + sine * uy) / radius
@@ -67,13 +67,13 @@ def to_twist(
     steer (n,) [rad], steer_rates (n,) and drive_rates (n,) [rad/s] of at least two casters. The slip is the length of
     the residual of the 2 n rolling equations: zero when the rates belong together.
     """
+    x, y, offset, radius = _columns(casters)
     n = len(casters)
     if n < 2:
         raise InvalidValue("casters", f"{n} of them", "at least two (one alone leaves the turning unknown)")
     steer = finite_array("steer", steer, (n,))
     steer_rates = finite_array("steer_rates", steer_rates, (n,))
     drive_rates = finite_array("drive_rates", drive_rates, (n,))
-    x, y, offset, radius = _columns(casters)
     cosine, sine = np.cos(steer), np.sin(steer)
     equations = np.zeros((2 * n, 3))
     equations[:n, 0] = equations[n:, 1] = 1.0
@@ -127,5 +127,7 @@ def trapezoid_step(
 
 
 def _columns(casters: Sequence[Caster]) -> np.ndarray:
-    """Pivots, offsets and radii as rows of a (4, n) array [m]."""
+    """Pivots, offsets and radii as rows of a (4, n) array [m]; raises InvalidType when `casters` are none."""
+    if not isinstance(casters, list | tuple) or not casters or not all(isinstance(c, Caster) for c in casters):
+        raise InvalidType("casters", casters, "a list of Caster")
     return np.array([(c.x, c.y, c.offset, c.radius) for c in casters]).T

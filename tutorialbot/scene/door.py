@@ -78,11 +78,17 @@ class Door:
             finite_number(name, getattr(self, name), low, high)
         one_of("latch", self.latch, ("equality", "bolt"))
         one_of("side", self.side, ("right", "left"))
+        if self.file is not None and not isinstance(self.file, DoorFile):
+            raise InvalidType("file", self.file, "a DoorFile (Door.from_mjcf makes one)")
         if self.lever_length >= self.spindle_radius:
             raise InvalidValue(
                 "lever_length",
                 self.lever_length,
                 f"less than spindle_radius = {self.spindle_radius}: the lever must end on the door",
+            )
+        if self.panel_height > 2.0 * self.handle_height:
+            raise InvalidValue(
+                "panel_height", self.panel_height, f"at most twice handle_height = {self.handle_height}: it hangs free"
             )
         if self.release_angle >= self.engage_angle:
             raise InvalidValue(
@@ -130,6 +136,8 @@ class Door:
                 raise InvalidValue(
                     argument, name, f"a name in {path}: {', '.join(filter(None, there)) or 'none there'}"
                 )
+        if handle == hinge:
+            raise InvalidValue("handle", handle, f"another joint than the hinge, or None, in {path}")
         for argument, name in (("hinge", hinge), ("handle", handle)):
             if name is not None and model.joint(name).type[0] < int(mujoco.mjtJoint.mjJNT_SLIDE):
                 raise InvalidValue(argument, name, "a joint of type hinge or slide: one number says where it stands")

@@ -202,11 +202,11 @@ class DoorSimulation:
         over = force > self.settings.force_limit or torque > self.settings.torque_limit
         return "collision" if stop and over else "finished"
 
-    def relax(self, seconds: float) -> None:
-        """Command the robot to stay where it is, and let contact forces die away."""
+    def relax(self, seconds: float) -> Trace:
+        """Command the robot to stay where it is, and let contact forces die away; return what was felt."""
         self.begin()
         goal = self._reference.copy()
-        self.follow((goal for _ in range(round(seconds / self.settings.control_period))), stop=False)
+        return self.follow((goal for _ in range(round(seconds / self.settings.control_period))), stop=False)
 
     def _command(self, goal: np.ndarray, period: float) -> np.ndarray:
         """One tick of the outer loop: trapezoids, then casters; return the lead (9,) of the inner loops' set points."""

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from tutorialbot import paths
-from tutorialbot.errors import InvalidType, finite_number, positive
+from tutorialbot.errors import InvalidType, InvalidValue, finite_number, positive
 from tutorialbot.scene import control
 from tutorialbot.scene.door import Door
 
@@ -17,6 +17,7 @@ ACCELERATION = np.array([1.5, 1.5, 2.5, 6.0, 6.0, 6.0, 10.0, 10.0, 10.0])  # [m/
 CASTERS = (control.Caster(0.0, 0.20, 0.05, 0.075), control.Caster(0.0, -0.20, 0.05, 0.075))  # as in robot.xml
 STEER_RATE, DRIVE_RATE = 8.0, 12.0  # of the casters [rad/s]
 STIFFEST = 10.0  # beyond this `stiffness` every move collides at the first look at the sensor
+TIMESTEPS = (1e-5, 0.02)  # shorter ones never end, longer ones tear the contacts apart [s]
 SEEN_GROUP = 2  # of the geoms for the eye, in the MJCF files
 
 
@@ -42,11 +43,14 @@ class Settings:
 
     def __post_init__(self):
         finite_number("stiffness", self.stiffness, 0.0, STIFFEST, above=True)
-        for name in ("force_limit", "torque_limit", "timestep"):
+        for name in ("force_limit", "torque_limit"):
             positive(name, getattr(self, name))
+        finite_number("timestep", self.timestep, *TIMESTEPS)
         finite_number("open_angle", self.open_angle, 0.0, np.pi, above=True)
-        finite_number("sensor_period", self.sensor_period, self.timestep)
-        finite_number("control_period", self.control_period, self.sensor_period)
+        for period, unit in (("sensor_period", "timestep"), ("control_period", "sensor_period")):
+            length, part = finite_number(period, getattr(self, period), getattr(self, unit), 1.0), getattr(self, unit)
+            if abs(length / part - round(length / part)) > 1e-6:
+                raise InvalidValue(period, length, f"a whole multiple of {unit} = {part:g}")
         for name in ("force_noise", "torque_noise"):
             finite_number(name, getattr(self, name), 0.0)
         if not isinstance(self.tare, bool):

@@ -146,12 +146,12 @@ class Scene:
 
 def pose_of(argument: str, pose) -> np.ndarray:
     """Return a 4x4 matrix of a pinocchio.SE3 or of a 4x4 matrix whose rotation is orthonormal; raise otherwise."""
-    if isinstance(pose, pinocchio.SE3):
-        return finite_array(argument, pose.homogeneous, (4, 4))
-    if not isinstance(pose, np.ndarray | list | tuple):
+    if not isinstance(pose, pinocchio.SE3 | np.ndarray | list | tuple):
         raise InvalidType(argument, pose, "a 4x4 matrix or a pinocchio.SE3")
-    matrix = finite_array(argument, pose, (4, 4))
+    matrix = finite_array(argument, pose.homogeneous if isinstance(pose, pinocchio.SE3) else pose, (4, 4))
     rotation = matrix[:3, :3]
     if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) or np.linalg.det(rotation) < 0.0:
         raise InvalidValue(argument, pose, "a pose: its upper left 3x3 block must be a rotation")
+    if not np.array_equal(matrix[3], (0.0, 0.0, 0.0, 1.0)):
+        raise InvalidValue(argument, pose, "a pose: its last row must be 0, 0, 0, 1")
     return matrix
