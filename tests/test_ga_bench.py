@@ -12,8 +12,8 @@ from tutorialbot.measuring import cpu_seconds
 def entry(method, index, optimal, excess, name="table 1", seeds=4):
     return {
         "method": method, "targets": name, "seeds": seeds, "target": index, "position": [0.3, 0.1, 0.0],
-        "tilt": [*TILT], "within_1_mm": seeds, "optimal": optimal, "excess": excess, "z": [0.0] * 4, "evaluations": 100.0,
-        "milliseconds": 2.0 + index,
+        "tilt": [*TILT], "within_1_mm": seeds, "optimal": optimal, "excess": excess, "z": [0.0] * 4,
+        "evaluations": 100.0, "milliseconds": 2.0 + index,
     }  # fmt: skip
 
 

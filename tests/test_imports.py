@@ -17,16 +17,17 @@ LEVELS = (
     {"robots", "pose", "trajectory", "measuring"},
     {"scene"},
     {"bo", "ik", "vox2c"},
-    {"viewers", "plots", "plots_door", "report", "checks", "studies", "headless", "stripping"}
+    {"cleaning"},
+    {"viewers", "plots", "plots_door", "plots_arm", "report", "checks", "studies", "headless", "stripping"}
     | {"bench", "door_bench", "ga_bench"},
     {"doctor", "pictures"},
     {"commands"},
 )
 # Sibling rooms that may meet:
-EXCEPTIONS = {("trajectory", "pose"), ("bo", "ik.prioritized"), ("plots_door", "plots")}
+EXCEPTIONS = {("trajectory", "pose"), ("bo", "ik.prioritized"), ("plots_door", "plots"), ("plots_arm", "plots")}
 EXCEPTIONS |= {("bench", "door_bench"), ("bench", "ga_bench")}
 STANDARD_ONLY = {"__init__", "__main__", "launch"}  # they run before anything is installed
-TOP = 5  # from this level on, drawing and printing are allowed
+TOP = 6  # from this level on, drawing and printing are allowed
 ONLY_IN = {"torch": "vox2c", "ompl": "vox2c.planning"}
 USERS = {"jupyterlab", "nbval", "mujoco", "meshcat", "pin", "scikit-optimize", "deap", "torch", "ompl", "matplotlib"}
 TOOLS = {"pytest-xdist": "--dist", "ruff": "ruff"}  # as commands.py calls them

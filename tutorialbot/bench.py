@@ -7,9 +7,11 @@ import signal
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+import psutil
 
 from tutorialbot import paths
 from tutorialbot.errors import InvalidValue, one_of, whole_number
@@ -135,6 +137,19 @@ def _must_be_writable(path: Path) -> None:
         raise InvalidValue("--out", str(path), f"a file that can be written ({error.strerror})") from None
 
 
+def _end_now(*_) -> None:
+    """End at once, with the workers: a KeyboardInterrupt may be lost in a library, and all that is finished is on disk.
+
+    joblib's resource tracker stays a moment longer, tidies up and ends by itself.
+    """
+    print("\ninterrupted: what is finished is kept, the same command goes on from there", file=sys.stderr, flush=True)
+    for child in psutil.Process().children():
+        with suppress(psutil.Error):
+            if "resource_tracker" not in " ".join(child.cmdline()):
+                child.kill()
+    os._exit(130)
+
+
 BENCHMARKS = {"door": door, "ga": ga}
 SEEDS = {"door": 100, "ga": 30}
 
@@ -159,11 +174,8 @@ def main(argv: list[str]) -> int:
         whole_number("--rows", options.rows, 2)
     out = options.out or paths.results() / "bench" / f"{options.name}.json"
     _must_be_writable(out)  # now, not after an hour
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C: the workers end too
-    try:
-        path = run(options).save(out)
-    except KeyboardInterrupt:
-        print("\ninterrupted: what is finished is kept, the same command goes on from there", file=sys.stderr)
-        return 130
+    for ending in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(ending, _end_now)
+    path = run(options).save(out)
     print(f"written: {path}", file=sys.stderr)
     return 0

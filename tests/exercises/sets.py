@@ -39,7 +39,7 @@ PLANTED = {
     ),
     "arm": Planted(
         NOTEBOOKS / "02_cleaning_arm.ipynb", SETS["arm"], solutions_arm, wrong_answers_arm.WRONG,
-        right_answers_arm.RIGHT, frozenset(),
+        right_answers_arm.RIGHT, frozenset({"tip_position", "TILT", "plt"}),
     ),
 }  # fmt: skip
 EXERCISES = {exercise.name: exercise for planted in PLANTED.values() for exercise in planted.exercises}
