@@ -7,11 +7,15 @@ from PIL import Image
 
 from tutorialbot.bo.objective import DoorTask
 from tutorialbot.bo.search import DoorRun, open_door
+from tutorialbot.cleaning import CleaningRun, plan
 from tutorialbot.paths import DATA
 from tutorialbot.scene.door import Door
+from tutorialbot.scene.room import ROOMS
 from tutorialbot.scene.simulation import Settings
 from tutorialbot.viewers import MujocoView, Scene
 
+CLEANED = [[0.2, 0.2], [1.7, 0.2], [1.7, 1.4], [0.2, 1.4]]  # of the spare room [m]
+CLEANING_VIEW = (-1.3, -1.7, 2.6), (1.4, 1.2, 0.25)
 CAMERA, TARGET = (1.9, -0.9, 2.0), (-0.24, -0.25, 0.68)
 SMOOTHING = 2  # drawn this many times larger, then averaged
 
@@ -33,13 +37,27 @@ def door(run: DoorRun, door: Door, width: int = 960, height: int = 540) -> Image
     return drawn.convert("RGB").resize((width, height), Image.Resampling.LANCZOS)
 
 
+def cleaning(run: CleaningRun, width: int = 960, height: int = 540) -> Image.Image:
+    """Return the room with the robot where it ended, and the way of the nozzle on the floor in green."""
+    camera, target = CLEANING_VIEW
+    view = MujocoView(run.world(), Scene(camera=camera, target=target))
+    view.update(run.trajectory.positions[-1])
+    nozzle = np.array(run.recording.nozzle)[np.array(run.recording.on_floor, dtype=bool)][::20]
+    nozzle[:, 2] = 0.01
+    view.scene.add_path(nozzle, 0x33AA55, radius=0.012)
+    drawn = Image.open(io.BytesIO(view.scene.png(width=SMOOTHING * width, height=SMOOTHING * height)))
+    return drawn.convert("RGB").resize((width, height), Image.Resampling.LANCZOS)
+
+
 def main() -> None:
-    """Search a door and write the README's picture of it."""
+    """Search a door, clean a part of a room, and write the pictures of both."""
     ours = Door()
     folder = DATA / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
     picture = door(open_door(ours, seed=1, resume=False), ours)
     picture.save(folder / "door.png", optimize=True)
+    cleaned = plan(CLEANED, room=ROOMS["spare room"], seed=1)
+    cleaning(cleaned).save(folder / "cleaning.png", optimize=True)
 
 
 if __name__ == "__main__":

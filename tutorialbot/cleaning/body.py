@@ -18,8 +18,8 @@ from tutorialbot.scene import room as rooms
 from tutorialbot.scene.room import Room
 
 RASTER = 0.02  # [m]
-SPACING = 0.04  # of columns along a capsule [m]
-BAND = 0.1  # heights are rounded outwards to multiples of it [m]
+SPACING = 0.03  # of columns along a capsule [m]
+BAND = 0.02  # heights are rounded outwards to multiples of it [m]
 
 
 class Distances:
@@ -93,7 +93,7 @@ class Columns:
 @dataclass(frozen=True, eq=False)
 class Body:
     """The robot's columns, by what they move with. `base`: all that never moves in the base's frame; `arm[i, j]`: upper
-    arm and forearm with the nozzle at FORWARD[i], LEFT[j], in the base's frame; `vacuum`: cleaner, hand and pipe but not
+    arm and forearm with the nozzle at FORWARD[i], LEFT[j], in the base's frame; `vacuum`: cleaner, hand and pipe, not
     the nozzle, about the middle of the nozzle; `nozzle`: its rim, the same; `rest`: all, in the rest posture.
     """
 
@@ -127,7 +127,7 @@ def measure(model: mujoco.MjModel, postures: Postures) -> Body:
         if model.geom(geom).name == "vacuum/nozzle":
             continue
         name = model.body(model.geom_bodyid[geom]).name
-        held = name.startswith("vacuum/") or name in ("arm_hand", "thumb") or name.startswith("finger")
+        held = name.startswith(("vacuum/", "finger")) or name in ("arm_hand", "thumb")
         parts["vacuum" if held else "arm" if name.startswith("arm_") else "base"].append(int(geom))
 
     def columns(geoms: list[int], shift: Sequence[float] = (0.0, 0.0)) -> Columns:

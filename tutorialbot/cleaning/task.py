@@ -56,6 +56,11 @@ class CleaningRun:
         return float(self.covered[self.cells.reachable].mean())
 
     @property
+    def coverage_of_open(self) -> float:
+        """Share of the cells that were covered of those that a nozzle without pipe and robot could cover, 0..1."""
+        return float(self.covered[self.cells.open].mean())
+
+    @property
     def coverage_of_area(self) -> float:
         """Share of all cells of the area, those below furniture included, 0..1."""
         return float(self.covered.mean())
@@ -104,7 +109,7 @@ def prepare(room: Room, postures: Postures) -> Prepared:
     raised = body.clearance(distances, np.tile(start, (2, 1)), np.array([[FORWARD[0], LEFT[-1]], DRAWN]))
     router = Router(body, distances, start)
     if min(raised.min(), body.rest.clearance(distances, start[None]).min()) < 0.0 or router.home is None:
-        raise InvalidValue("room", room.start, "a start at which the robot can lift its arm and from which it can drive")
+        raise InvalidValue("room", room.start, "a start where the robot can lift its arm and drive away")
     return Prepared(postures, body, distances, router)
 
 
@@ -131,7 +136,9 @@ def execute(simulation: CleaningSimulation, motions: Sequence[Motion], postures:
         yield motion
 
 
-def judge(simulation: CleaningSimulation, cells: Cells, room: Room, lanes: Sequence[Lane], finished: bool) -> CleaningRun:
+def judge(
+    simulation: CleaningSimulation, cells: Cells, room: Room, lanes: Sequence[Lane], finished: bool
+) -> CleaningRun:
     """Return what the recording tells: cells count as covered by contact in the simulation, never by plan."""
     record = simulation.record
     nozzle, base = np.array(record.nozzle).reshape(-1, 3), np.array(record.base).reshape(-1, 3)
