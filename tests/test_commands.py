@@ -146,6 +146,14 @@ def pages(tmp_path, monkeypatch):
     return write
 
 
+def test_a_page_carries_its_pictures(tmp_path):
+    (tmp_path / "dot.png").write_bytes((ROOT / "data" / "pictures" / "door.png").read_bytes())
+    nbformat.write(nbformat.v4.new_notebook(cells=[nbformat.v4.new_markdown_cell("![a](dot.png)")]), tmp_path / "a.ipynb")
+    headless.execute(tmp_path / "a.ipynb", tmp_path / "a.html", "source")
+    page = (tmp_path / "a.html").read_text()
+    assert "data:image/png;base64" in page and 'src="dot.png"' not in page
+
+
 def test_run_writes_pages_goes_on_after_a_failure_and_skips_what_is_done(pages, tmp_path, capsys):
     pages("1_good.ipynb", "print('six' + 'teen')")
     pages("2_bad.ipynb", "print('before')", "1 / 0")

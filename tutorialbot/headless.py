@@ -46,7 +46,8 @@ def execute(notebook: Path, page: Path, source: str) -> None:
             if isinstance(error, CellExecutionError | DeadKernelError):
                 raise CellFailed(str(error)[-2000:]) from None
             raise
-    body, _ = HTMLExporter().from_notebook_node(content, {"metadata": {"name": notebook.stem}})
+    about = {"metadata": {"name": notebook.stem, "path": str(notebook.parent)}}
+    body, _ = HTMLExporter(embed_images=True).from_notebook_node(content, about)  # pictures travel with the page
     page.parent.mkdir(parents=True, exist_ok=True)
     part = page.with_suffix(f".{os.getpid()}.part")
     part.write_text(body + "\n" + MARK.format(source), encoding="utf-8")

@@ -11,7 +11,8 @@ from tutorialbot.bo import search as module
 from tutorialbot.bo.objective import Trial, new_pose_cost, paper_cost
 from tutorialbot.bo.optimizers import RandomSearch
 from tutorialbot.bo.presets import PRESETS, Preset
-from tutorialbot.bo.search import GO_ON_LIMIT, search
+from tutorialbot.bo.search import GO_ON_LIMIT, open_door, search
+from tutorialbot.errors import BrokenFile
 from tutorialbot.scene.door import Door
 from tutorialbot.scene.simulation import Settings
 
@@ -27,6 +28,7 @@ class World:
         self.options, self.space, self.start = options, options["space"], pin.SE3.Identity()
         self.simulation = SimpleNamespace(hinge_angle=0.0, lever_angle=0.0)
         self.kept, self.before, self.count = [], [], 0
+        self.poses, self.sections_done = [self.start], 0  # what a cost of the package looks at
         World.made.append(self)
 
     def attempt(self, c):
@@ -188,3 +190,61 @@ def test_presets_are_what_the_paper_and_the_notebook_say():
         assert replace(PRESETS[f"improved, {name}"], make=improved.make, name="improved") == improved
         if name != "skopt":
             assert replace(PRESETS[f"paper, {name}"], make=paper.make, name="paper") == paper
+
+
+# --- the journal ------------------------------------------------------------------------------------------------------
+GATE = """<mujoco><worldbody><body>
+<joint name="h"/><geom size=".1"/><site name="g" pos="0 0 {height}"/></body></worldbody></mujoco>"""
+ARGUMENTS = {"seed": 7, "trials_per_section": 3, "max_sections": 1}
+
+
+@pytest.fixture
+def results(tmp_path, monkeypatch):
+    monkeypatch.setenv("TUTORIALBOT_RESULTS", str(tmp_path))
+    return tmp_path
+
+
+def journal_name(door, preset, **changes):
+    journal = module._journal(door, preset, {**ARGUMENTS, **changes})
+    journal.close()
+    return journal.path.name
+
+
+def test_whatever_decides_a_result_decides_the_journals_name(results, monkeypatch):
+    improved, gate = PRESETS["improved"], results / "gate.xml"
+    gate.write_text(GATE.format(height=1.0))
+    other = Door.from_mjcf(gate, hinge="h", grip="g")
+    names = [
+        journal_name(Door(), improved),
+        journal_name(Door(mass=13.0), improved),
+        journal_name(Door(), improved, seed=8),
+        journal_name(Door(), improved, trials_per_section=4),
+        journal_name(Door(), replace(improved, settings=Settings(stiffness=0.3))),
+        journal_name(Door(), replace(improved, space=replace(improved.space, reach=0.2))),
+        journal_name(Door(), PRESETS["improved, random"]),
+        journal_name(other, improved),
+    ]
+    gate.write_text(GATE.format(height=1.1))
+    names.append(journal_name(other, improved))
+    monkeypatch.setattr(module.paths, "source_digest", lambda: "other code")
+    names.append(journal_name(Door(), improved))
+    assert len(set(names)) == len(names)
+
+
+def test_a_trial_made_at_another_point_is_not_taken(results):
+    journal = module._journal(Door(), PRESETS["improved"], ARGUMENTS)
+    pose = pin.SE3.Identity()
+    journal.append(Trial(np.zeros(5), 1.0, "finished", pose, pose, pose, -1.0).to_json())
+    assert module._recall(journal, 0, np.zeros(5)).time == 1.0
+    assert module._recall(journal, 1, np.zeros(5)) is None
+    with pytest.raises(BrokenFile, match="trial 1 was made at another point: delete"):
+        module._recall(journal, 0, np.full(5, 0.1))
+
+
+def test_the_same_search_twice_at_a_time_runs_twice_and_says_so(results):
+    random = replace(PRESETS["improved, random"], cost=paper_cost)
+    with module._journal(Door(), random, ARGUMENTS) as first:
+        before = first.path.read_bytes()
+        with pytest.warns(UserWarning, match="another process: this one keeps no journal"):
+            run = open_door(Door(), preset=random, **ARGUMENTS)
+        assert run.evaluations == 3 and first.path.read_bytes() == before

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from tutorialbot.bo.optimizers import OPTIMIZERS, SkoptSearch, TwistSearch
 from tutorialbot.bo.space import to_sphere, twist_features
@@ -39,6 +40,39 @@ def test_a_surrogate_on_twists_beats_random_where_the_cost_is_smooth():
         for name in ("twist", "random")
     }
     assert found["twist"] < 0.6 * found["random"]
+
+
+def bowl(c):
+    return float(np.sum((c - 0.3) ** 2))
+
+
+@pytest.mark.parametrize(("name", "trials"), [("cmaes", 60), ("skopt", 20), ("optuna", 20), ("twist", 20)])
+def test_every_optimiser_goes_down_a_bowl_and_knows_its_best_point(name, trials):
+    """Its later points are lower than its first ones (uphill they would be higher), and `best` is among the lowest."""
+    optimizer = OPTIMIZERS[name](make_rng(4))
+    for _ in range(trials):
+        c = optimizer.ask()
+        optimizer.tell(c, bowl(c), 1.0)
+    assert np.mean(optimizer.costs[-5:]) < 0.7 * np.mean(optimizer.costs[:5])
+    assert bowl(optimizer.best()) <= np.sort(optimizer.costs)[2]
+
+
+def test_expected_improvement_is_over_the_lowest_cost():
+    """By hand, with scikit-optimize's margin of 0.01 below the lowest."""
+    optimizer = race(TwistSearch, 5, 9)
+    model, c = optimizer.model(), make_rng(6).uniform(-1, 1, (50, 5))
+    mean, doubt = model.predict(twist_features(c), return_std=True)
+    z = (min(optimizer.costs) - 0.01 - mean) / doubt
+    expected = doubt * (z * norm.cdf(z) + norm.pdf(z))
+    assert optimizer.acquisition(model, c) == pytest.approx(expected, abs=1e-9)
+
+
+def test_only_the_acquisition_per_second_hears_of_seconds():
+    for name, heard in (("EIps", (0.5, np.log(2.5))), ("EI", 0.5), ("PI", 0.5)):  # it keeps their logarithm
+        optimizer = SkoptSearch(make_rng(0), name)
+        assert optimizer._optimizer.acq_func == name
+        optimizer.tell(optimizer.ask(), 0.5, 2.5)
+        assert optimizer._optimizer.yi[-1] == pytest.approx(heard)
 
 
 @pytest.mark.parametrize("acquisition", ["PI", "EI", "EIps"])

@@ -242,9 +242,12 @@ def main() -> int:
     parser.add_argument("--width", type=int, default=1280, help="width of the window in pixels (default 1280)")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="notebook_") as folder:
-        shutil.copy(options.notebook, folder)
+        pages, pictures = Path(folder) / "notebooks", Path(folder) / "data" / "pictures"
+        shutil.copytree(REPOSITORY / "data" / "pictures", pictures)
+        pages.mkdir()
+        shutil.copy(options.notebook, pages)
         lab = Lab(folder)
-        with lab, lab.open(options.notebook.name, width=options.width) as page:
+        with lab, lab.open(f"notebooks/{options.notebook.name}", width=options.width) as page:
             started = time.monotonic()
             page.run_all(options.seconds)
             print(f"ran in {time.monotonic() - started:.1f} s")

@@ -239,7 +239,7 @@ def test_a_stiff_spring_that_blows_up_is_failed_not_opened():
     task.simulation.model.dof_armature[:] = 0.0
     task.simulation.model.opt.disableflags |= 1 << 8  # whatever happens now
     outcomes = {task.attempt(c).outcome for c in moves(5)}
-    assert "opened" not in outcomes
+    assert "failed" in outcomes and "opened" not in outcomes
 
 
 def test_casters_roll_as_their_equations_say(task):
