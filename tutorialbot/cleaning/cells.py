@@ -140,8 +140,8 @@ def tool_solids(room: Room, raster: _Raster) -> list[np.ndarray]:
 def _shifted(mask: np.ndarray, columns: int, rows: int) -> np.ndarray:
     """Return mask[i + columns, j + rows] for every i, j; True off the mask."""
     moved = np.ones_like(mask)
-    i, j = (slice(max(0, -n), mask.shape[k] - max(0, n)) for k, n in enumerate((columns, rows)))
-    k, m = (slice(max(0, n), mask.shape[k] - max(0, -n)) for k, n in enumerate((columns, rows)))
+    i, j = (slice(max(0, -n), max(0, mask.shape[k] - max(0, n))) for k, n in enumerate((columns, rows)))
+    k, m = (slice(max(0, n), max(0, mask.shape[k] - max(0, -n))) for k, n in enumerate((columns, rows)))
     moved[i, j] = mask[k, m]
     return moved
 

@@ -200,7 +200,7 @@ class Headed:
         return lane, self.covered(t, along[0], along[-1])
 
     def _extension(self, fits: np.ndarray, length: float) -> np.ndarray:
-        """Return the corners (m, 2) of a path in (s, extension) through `fits` (S, K): evenly reaching out where it can,
+        """Return the corners (m, 2) of a path in (s, extension) through `fits` (S, K): evenly reaching out if it can,
         as far as the arm reaches or the lane is long; so the base never draws back.
         """
         S, K = fits.shape
