@@ -148,7 +148,8 @@ def pages(tmp_path, monkeypatch):
 
 def test_a_page_carries_its_pictures(tmp_path):
     (tmp_path / "dot.png").write_bytes((ROOT / "data" / "pictures" / "door.png").read_bytes())
-    nbformat.write(nbformat.v4.new_notebook(cells=[nbformat.v4.new_markdown_cell("![a](dot.png)")]), tmp_path / "a.ipynb")
+    cells = [nbformat.v4.new_markdown_cell("![a](dot.png)")]
+    nbformat.write(nbformat.v4.new_notebook(cells=cells), tmp_path / "a.ipynb")
     headless.execute(tmp_path / "a.ipynb", tmp_path / "a.html", "source")
     page = (tmp_path / "a.html").read_text()
     assert "data:image/png;base64" in page and 'src="dot.png"' not in page
