@@ -295,7 +295,7 @@ def test_the_arm_holds_a_posture_and_how_far_the_tool_pulls_it_down(record_prope
         for _ in range(300):
             mujoco.mj_step(model, data, 10)
             down.append(start[2] - data.site("tip").xpos[2])
-        record_property(f"droop_tool_{tool}_m", (max(down), down[-1]))
+        record_property(f"droop_tool_{tool}_m", f"{max(down):.4f} at most, {down[-1]:.4f} at the end")
         if tool:
             assert 0.005 < max(down) < 0.03 and abs(down[-1]) < 1e-3
         else:
