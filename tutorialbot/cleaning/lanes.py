@@ -21,9 +21,10 @@ from tutorialbot.scene import room as rooms
 from tutorialbot.scene.room import Room
 
 HEADINGS = np.pi / 8 * np.array([0, 4, 8, 12, 2, 6, 10, 14, *range(1, 16, 2)])  # the room's own directions first
-EXTENSIONS = np.array([0, 3, 7, 10])  # numbers of FORWARD between which a lane is checked
+EXTENSIONS = np.array([0, 2, 4, 6])  # numbers of FORWARD between which a lane is checked
+SIDES = np.array([0, 4, 8])  # numbers of LEFT at which lanes are driven
 STEP = 0.02  # between places along and across the lanes that are tried [m]
-GAP = 0.004  # the nozzle keeps from furniture and walls [m]
+GAP = 0.005  # the nozzle keeps from furniture and walls [m]
 MARGIN = 0.012  # all else keeps [m]
 OVERLAP = 0.004  # what is nearer than this [m] to the nozzle's rim is not counted on
 BIN = 0.01  # for counting cells under a lane [m]
@@ -119,13 +120,13 @@ class Headed:
         nozzle = shapely.contains_xy(free, x, y)
         nozzle &= self._clearance(body.vacuum, distances, 1)(x, y) > MARGIN
         base = self._clearance(body.base, distances, 1)
-        fits = np.zeros((*nozzle.shape, len(EXTENSIONS), len(LEFT)), dtype=bool)
-        for j, left in enumerate(LEFT):
+        fits = np.zeros((*nozzle.shape, len(EXTENSIONS), len(SIDES)), dtype=bool)
+        for side, j in enumerate(SIDES):
             for k, i in enumerate(EXTENSIONS):
-                dx, dy = self.turn @ [FORWARD[i], left]
+                dx, dy = self.turn @ [FORWARD[i], LEFT[j]]
                 bx, by = x[nozzle] - dx, y[nozzle] - dy
                 arm = self._clearance(body.arm[i, j], distances, 2)
-                fits[nozzle, k, j] = (base(bx, by) > MARGIN) & (arm(bx, by) > MARGIN)
+                fits[nozzle, k, side] = (base(bx, by) > MARGIN) & (arm(bx, by) > MARGIN)
         return fits
 
     def _clearance(self, columns: Columns, distances: Distances, stride: int) -> Callable:
@@ -183,24 +184,28 @@ class Headed:
 
     def lane(self, run: int, wanted: np.ndarray) -> tuple[Lane, np.ndarray]:
         """Return the part of a run that the wanted cells need, as a lane, and which cells it covers."""
-        t, first, last, j = self.runs[run]
+        t, first, last, side = self.runs[run]
+        left = LEFT[SIDES[side]]
         needed = self._where[self.covered(t, self.along[first], self.along[last]) & wanted, 0]
         half = 0.5 * rooms.NOZZLE_LENGTH - OVERLAP
         begin = int(np.searchsorted(self.along, needed.min() + half - 1e-9, side="right")) - 1
         end = int(np.searchsorted(self.along, needed.max() - half + 1e-9))
         begin, end = max(first, min(begin, end)), min(last, max(begin, end))
-        steps = self._extension(self.fits[t, begin : end + 1, :, j])
+        steps = self._extension(self.fits[t, begin : end + 1, :, side], self.along[end] - self.along[begin])
         along = self.along[begin : end + 1][steps[:, 0]]
-        forward = FORWARD[EXTENSIONS][steps[:, 1]] if steps.dtype == int else None
-        base = np.stack([along - forward, np.full(len(along), self.across[t] - LEFT[j])], axis=1) @ self.turn.T
+        forward = FORWARD[EXTENSIONS][steps[:, 1]]
+        base = np.stack([along - forward, np.full(len(along), self.across[t] - left)], axis=1) @ self.turn.T
         poses = np.column_stack([base, np.full(len(along), self.heading)])
-        lane = Lane(poses, np.column_stack([forward, np.full(len(along), LEFT[j])]))
+        lane = Lane(poses, np.column_stack([forward, np.full(len(along), left)]))
         return lane, self.covered(t, along[0], along[-1])
 
-    def _extension(self, fits: np.ndarray) -> np.ndarray:
-        """Return the corners (m, 2) of a path in (s, extension) through `fits` (S, K), reaching out evenly if it can."""
+    def _extension(self, fits: np.ndarray, length: float) -> np.ndarray:
+        """Return the corners (m, 2) of a path in (s, extension) through `fits` (S, K): evenly reaching out if it can, as
+        far as the arm reaches or the lane is long; so the base never draws back.
+        """
         S, K = fits.shape
-        for wide in range(K - 1, -1, -1):
+        reach = FORWARD[EXTENSIONS] - FORWARD[EXTENSIONS[0]]
+        for wide in range(int(np.searchsorted(reach, length + 1e-6, side="right")) - 1, -1, -1):
             for low in range(K - wide):
                 even = np.linspace(low, low + wide, S)
                 s = np.arange(S)

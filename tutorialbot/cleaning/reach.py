@@ -14,11 +14,10 @@ from tutorialbot.ik import genetic
 from tutorialbot.scene import room as rooms
 
 TILT = np.array([0.0, -np.pi / 2, 0.0])  # paper 2, Table 1
-FORWARD = rooms.NOZZLE_FROM_TIP[0] + 0.10 + 0.03 * np.arange(11)  # of the nozzle before the base's middle [m]
-LEFT = rooms.NOZZLE_FROM_TIP[1] + np.array([-0.10, 0.15, 0.40])  # [m]
+FORWARD = rooms.NOZZLE_FROM_TIP[0] + 0.10 + 0.05 * np.arange(7)  # of the nozzle before the base's middle [m]
+LEFT = rooms.NOZZLE_FROM_TIP[1] - 0.10 + 0.0625 * np.arange(9)  # [m]
 LIFT = 0.03  # of the nozzle above the floor between lanes [m]
-SIDESTEP = 0.05  # between two targets on the way to the left and to the right [m]
-PRESS = 0.005  # how far below the floor the arm is told to hold the nozzle, so that it stays in touch [m]
+PRESS = 0.002  # how far below the floor the arm is told to hold the nozzle, so that it stays in touch [m]
 REST_TILT, REST_TIP = np.deg2rad([0.0, -80.0, 0.0]), np.array([0.03, 0.30, 0.29])  # beside the body, off the floor
 SEEDED = replace(genetic.GOOD, name="seeded", population=100, generations=80)  # beside a solution this is enough
 COLD = 6  # searches from nowhere; the elbow hangs lowest in the one that is kept
@@ -93,16 +92,16 @@ def solve_postures(seed: int) -> Iterator[int | Postures]:
     if not answers:
         raise InvalidValue("seed", seed, "one with which the first search converges")
     first = min(answers, key=lambda answer: abs(answer.q[1])).q  # the upper arm least abducted
-    for j in (middle_j, *(j for j in range(len(LEFT)) if j != middle_j)):
-        for left in np.arange(LEFT[middle_j], LEFT[j], np.copysign(SIDESTEP, LEFT[j] - LEFT[middle_j]))[1:]:
-            first = solve(tip(FORWARD[middle_i], left, -PRESS), first)
-        for forward in (range(middle_i, len(FORWARD)), range(middle_i - 1, -1, -1)):
-            last = first if forward[0] == middle_i else down[middle_i, j]
-            for i in forward:
-                last = down[i, j] = solve(tip(FORWARD[i], LEFT[j], -PRESS), last)
-                lifted[i, j] = solve(tip(FORWARD[i], LEFT[j], LIFT), last)
-                yield len(answers)
-        first = down[middle_i, middle_j]
+    for columns in (range(middle_j, len(LEFT)), range(middle_j - 1, -1, -1)):
+        beside = first if columns[0] == middle_j else down[middle_i, middle_j]
+        for j in columns:
+            for rows in (range(middle_i, len(FORWARD)), range(middle_i - 1, -1, -1)):
+                last = beside if rows[0] == middle_i else down[middle_i, j]
+                for i in rows:
+                    last = down[i, j] = solve(tip(FORWARD[i], LEFT[j], -PRESS), last)
+                    lifted[i, j] = solve(tip(FORWARD[i], LEFT[j], LIFT), last)
+                    yield len(answers)
+            beside = down[middle_i, j]
     raising, steps = [lifted[0, -1]], 8
     for share in np.arange(1, steps + 1) / steps:
         target = (1 - share) * tip(FORWARD[0], LEFT[-1], LIFT) + share * REST_TIP

@@ -14,8 +14,9 @@ from tutorialbot.cleaning.reach import FORWARD, LEFT
 
 GRID = 0.1  # between nodes [m]
 TURNS = 16  # headings
-DRAWN = np.array([FORWARD[0], LEFT[1]])  # where the nozzle is on the way, in the base's frame [m]
+DRAWN = np.array([FORWARD[0], LEFT[4]])  # where the nozzle is on the way, in the base's frame [m]
 MARGIN = 0.02  # the robot keeps on its ways [m]
+TIGHT, SLACK = 0.002, 0.001  # what it keeps at least, and how much less than at the ends [m]
 FINE = 0.03  # between checks along a way [m]
 ARC = 0.3  # length [m] that costs as much as a turn by one radian
 
@@ -49,13 +50,17 @@ class Router:
         return self.body.clearance(self.distances, poses, nozzles) > MARGIN
 
     def straight(self, poses: np.ndarray, nozzles: np.ndarray) -> bool:
-        """Return whether the robot fits all along the polyline of poses (m, 3) with nozzles (m, 2)."""
+        """Return whether the robot fits all along the polyline of poses (m, 3) with nozzles (m, 2).
+
+        It keeps MARGIN, or where it is nearer to something at one of the ends, nearly as much as there.
+        """
         fine, held = [poses[:1]], [nozzles[:1]]
         for a, b, p, q in zip(poses[:-1], poses[1:], nozzles[:-1], nozzles[1:], strict=True):
             reach = np.hypot(*(b - a)[:2]) + abs(b[2] - a[2]) * 0.9 + np.abs(q - p).max()
             share = np.linspace(0, 1, int(np.ceil(reach / FINE)) + 1)[1:, None]
             fine.append(a + share * (b - a)), held.append(p + share * (q - p))
-        return bool(self.clear(np.concatenate(fine), np.concatenate(held)).all())
+        clearance = self.body.clearance(self.distances, np.concatenate(fine), np.concatenate(held))
+        return bool(clearance.min() > min(MARGIN, max(TIGHT, clearance[[0, -1]].min() - SLACK)))
 
     def _edges(self) -> coo_array:
         """The graph: eight neighbours in the plane, and the next heading; edges are checked in between."""

@@ -16,6 +16,7 @@ from tutorialbot.scene.room import ACCELERATION, ARM, MOVING, SPEED, WHEEL_RATE,
 PERIOD = 0.02  # of the outer loop [s]
 TIMESTEP = 0.002  # [s]
 NOTICED = 0.05  # clearances up to this [m] are measured
+CALM = 0.6  # share of the joints' accelerations that is used
 FLAT = 0.003  # the nozzle's underside must nowhere be higher than this [m] to count as on the floor
 RECORD = 5  # every this many periods the state is kept for the film
 
@@ -29,6 +30,7 @@ class Recording:
     times: list[float] = field(default_factory=list)
     nozzle: list[tuple[float, float, float]] = field(default_factory=list)
     base: list[tuple[float, float, float]] = field(default_factory=list)
+    touching: list[bool] = field(default_factory=list)
     on_floor: list[bool] = field(default_factory=list)
     clearance: float = NOTICED
     nearest: tuple[str, str] = ("", "")
@@ -45,7 +47,7 @@ class CleaningSimulation:
         model = self.model
         of_room = np.array([model.body(body).name.startswith("room/") or body == 0 for body in model.geom_bodyid])
         solid = of_room & (model.geom_contype & 2 > 0)
-        model.geom_margin[solid] = model.geom_gap[solid] = NOTICED  # noticed from afar, felt only when it touches
+        model.geom_gap[solid] = NOTICED  # noticed from afar, felt only when it touches
         self._of_room = solid
         self._floor, self._nozzle = model.geom("room/floor").id, model.geom("vacuum/nozzle").id
         self._wheels = np.array([model.actuator(f"wheel_{i}").id for i in range(1, 5)])
@@ -57,31 +59,37 @@ class CleaningSimulation:
         model.body_gravcomp[model.body("vacuum/vacuum").id] = 1.0  # the controllers know what the tool weighs
         self._tool = model.body("vacuum/nozzle").id
         self._dofs = np.array([model.joint(name).dofadr[0] for name in ARM])
+        self._weight = float(model.body_mass[self._tool]) * -model.opt.gravity[2]
         place(model, self.data, base, arm)
         self.reference = self.data.qpos[self._qpos].copy()
         self.record = Recording()
 
     def follow(self, references: Iterable[np.ndarray]) -> None:
-        """Follow references (10,) for MOVING, one a period; see `paced`."""
+        """Follow references (10,) for MOVING, one a period; see `paced`.
+
+        The controllers' integrals stay empty: weights are borne by `_bear`, and against the floor they would only wind
+        up. A contact in any step of a period counts for that period.
+        """
         steps = round(PERIOD / TIMESTEP)
         for reference in references:
             before, self.reference = self.reference, reference
             velocity = (reference - before) / PERIOD
             self._roll(before[2], velocity[:3])
             lead = self._lead * velocity
-            self._carry()
+            self._bear()
+            touched = False
             for step in range(1, steps + 1):
                 self.data.ctrl[self._ctrl] = before + step / steps * (reference - before) + lead
                 mujoco.mj_step(self.model, self.data)
-                self.data.act[self._integrals] -= TIMESTEP * lead[3:]  # the lead is no error: no integral may keep it
-            self._look()
+                self.data.act[self._integrals] = 0.0
+                touched = touched or self._touching()
+            self._look(touched)
 
-    def _carry(self) -> None:
+    def _bear(self) -> None:
         """Let the arm's motors bear the weight of the nozzle, which hangs on hinges of its own: J^T m g."""
         jacobian = np.empty((3, self.model.nv))
-        mujoco.mj_jacBodyCom(self.model, self.data, jacobian, None, self._tool)
-        weight = -self.model.body_mass[self._tool] * self.model.opt.gravity
-        self.data.qfrc_applied[self._dofs] = (weight @ jacobian)[self._dofs]
+        mujoco.mj_jacBody(self.model, self.data, jacobian, None, self._tool)
+        self.data.qfrc_applied[self._dofs] = self._weight * jacobian[2, self._dofs]
 
     def _roll(self, yaw: float, velocity: np.ndarray) -> None:
         """Turn the omni wheels as the base's velocity (3,) in the room asks."""
@@ -90,16 +98,19 @@ class CleaningSimulation:
         twist = np.array([cosine * x + sine * y, cosine * y - sine * x, turn])
         self.data.ctrl[self._wheels] = omni.jacobian(WHEELS) @ twist
 
-    def _look(self) -> None:
+    def _touching(self) -> bool:
+        """Whether nozzle and floor touch now."""
+        contact = self.data.contact
+        pair = contact.geom == (self._floor, self._nozzle)
+        return bool((pair.all(axis=1) & (contact.dist <= 0.0)).any())
+
+    def _look(self, touching: bool) -> None:
         """Write down where the nozzle is, whether it lies on the floor, and what came near."""
         data, record = self.data, self.record
-        touching = False
         contacts = data.contact
         pairs, distances = contacts.geom, contacts.dist
         for (a, b), distance in zip(pairs.tolist(), distances.tolist(), strict=True):
-            if self._floor in (a, b):
-                touching = touching or (self._nozzle in (a, b) and distance <= 0.0)
-            elif (self._of_room[a] or self._of_room[b]) and distance < record.clearance:
+            if self._floor not in (a, b) and (self._of_room[a] or self._of_room[b]) and distance < record.clearance:
                 record.clearance = distance
                 record.nearest = (self.model.geom(a).name or self._body(a), self.model.geom(b).name or self._body(b))
         turn = data.geom_xmat[self._nozzle].reshape(3, 3)
@@ -108,6 +119,7 @@ class CleaningSimulation:
         record.times.append(data.time)
         record.nozzle.append((place[0], place[1], float(np.arctan2(turn[1, 0], turn[0, 0]))))
         record.base.append(tuple(data.qpos[self._qpos[:3]]))
+        record.touching.append(touching)
         record.on_floor.append(bool(touching and flat))
         if len(record.times) % RECORD == 1:
             record.film_times.append(data.time)
@@ -130,7 +142,7 @@ def paced(samples: np.ndarray, speed: float) -> np.ndarray:
     """
     slope = np.abs(np.diff(samples, axis=0)).max(axis=0) * (len(samples) - 1)
     with np.errstate(divide="ignore"):
-        speed, brake = min(speed, (SPEED / slope).min()), (ACCELERATION / slope).min()
+        speed, brake = min(speed, (SPEED / slope).min()), (CALM * ACCELERATION / slope).min()
     wheels = np.abs(omni.jacobian(WHEELS)).max(axis=0) @ slope[:3]
     speed = min(speed, WHEEL_RATE / wheels) if wheels > 0.0 else speed
     if not np.isfinite(speed) or slope.max() < 1e-9:
