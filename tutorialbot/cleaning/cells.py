@@ -1,33 +1,40 @@
 """The floor as cells: which of them a nozzle can reach at all, and which it has passed over.
 
-What is reachable is computed here from the outlines alone. It knows nothing of lanes, of the arm or of any plan, so it
-can judge them.
+What is reachable is computed here from the outlines alone, on a raster. It knows nothing of lanes, of joints or of any
+plan, so it can judge them.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
+import mujoco
 import numpy as np
 import shapely
 from scipy.signal import fftconvolve
 
+from tutorialbot import paths
+from tutorialbot.cleaning.reach import FORWARD, LEFT
 from tutorialbot.scene import room as rooms
 from tutorialbot.scene.room import Room
 
 CELL = 0.02  # side of a cell [m]
 FINE = 0.01  # step of the places at which the nozzle is tried [m]; every second one is the centre of a cell
-ORIENTATIONS = 24  # of the nozzle within half a turn
+HEADINGS = 24  # of the robot within one turn
 LENGTH, WIDTH = rooms.NOZZLE_LENGTH, rooms.NOZZLE_WIDTH
 TOUCH = 1e-6
+BASE_HIGH = 0.29  # of the robot's base [m]
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Cells of a floor. centres: (n, 2) [m], those inside the area; reachable: (n,) whether a nozzle can cover it;
-    places: (n, 2) column and row in a grid of `shape` (columns, rows) whose first cell has the centre `first` (2,) [m].
+    """Cells of a floor. centres: (n, 2) [m], those inside the area; reachable: (n,) whether the robot's nozzle can cover
+    it; open: (n,) whether a nozzle on its own could, without a pipe on it or a robot behind; places: (n, 2) column and
+    row in a grid of `shape` (columns, rows) whose first cell has the centre `first` (2,) [m].
     """
 
     centres: np.ndarray
     reachable: np.ndarray
+    open: np.ndarray
     places: np.ndarray
     shape: tuple[int, int]
     first: np.ndarray
@@ -45,44 +52,126 @@ def floor_to_clean(area: np.ndarray, room: Room) -> shapely.Geometry:
     return shapely.Polygon(area).intersection(room.polygon).difference(shapely.union_all(furniture))
 
 
-def reachable_cells(area: np.ndarray, room: Room, orientations: int = ORIENTATIONS) -> Cells:
+def reachable_cells(area: np.ndarray, room: Room, headings: int = HEADINGS) -> Cells:
     """Return the cells of `area` (k, 2) [m].
 
-    A cell is reachable when the nozzle's footprint, a rectangle, lies within the floor to be cleaned (closed: it may
-    touch furniture and walls) at some of `orientations` in half a turn, and covers the cell's centre. For each
-    orientation that is a morphological opening on a raster: where may the middle of the nozzle be (erosion), and what
-    does the nozzle cover from there (dilation).
+    A cell is reachable when, for some of `headings` in a turn, there is a place for the nozzle such that
+
+    - its footprint, a rectangle, lies within the floor to be cleaned (it may touch furniture and walls) and covers the
+      cell's centre,
+    - pipe and cleaner, which the hand holds at a fixed tilt over the nozzle, stand in nobody's way,
+    - somewhere within the arm's reach behind it there is room for the robot's base.
+
+    The first alone makes a cell `open`. For each heading that is a morphological opening on a raster: where may the
+    middle of the nozzle be (erosion), and what does the nozzle cover from there (dilation).
     """
     low, high = np.min(area, axis=0), np.max(area, axis=0)
     cells = np.ceil((high - low) / CELL - TOUCH).astype(int)
-    x, y = (low[i] + FINE * np.arange(2 * cells[i] + 1) for i in (0, 1))  # odd numbers are centres of cells
-    free = floor_to_clean(area, room).buffer(TOUCH)
-    shapely.prepare(free)
-    inside = shapely.contains_xy(free, *np.meshgrid(x, y, indexing="ij"))
-    covered = np.zeros_like(inside)
-    for angle in np.pi * np.arange(orientations) / orientations:
-        covered |= opened(inside, nozzle_kernel(angle))
+    raster = _Raster(low, 2 * cells + 1)  # odd numbers are centres of cells
+    inside = raster.within(floor_to_clean(area, room).buffer(TOUCH))
+    solid, tool = tool_solids(room, raster), tool_points()
+    standing = room.polygon.buffer(-rooms.BASE_RADIUS).difference(
+        shapely.union_all([shapely.Polygon(part) for part in room.obstacles(0.0, BASE_HIGH)]).buffer(rooms.BASE_RADIUS)
+    )
+    reach = int(np.hypot(FORWARD[-1], LEFT[-1]) / FINE) + 1
+    base = _Raster(low - reach * FINE, 2 * cells + 1 + 2 * reach).within(standing.buffer(TOUCH))
+    reachable, open_ = np.zeros_like(inside), np.zeros_like(inside)
+    for heading in 2 * np.pi * np.arange(headings) / headings:
+        kernel = nozzle_kernel(heading)
+        fits = eroded(inside, kernel)
+        open_ |= dilated(fits, kernel)
+        cosine, sine = np.cos(heading), np.sin(heading)
+        for (x, y, _, _), hit in zip(tool, solid, strict=True):
+            fits = fits & ~_shifted(hit, round((cosine * x - sine * y) / FINE), round((sine * x + cosine * y) / FINE))
+        stand = fftconvolve(base.astype(float), _behind(heading, reach), mode="same")[reach:-reach, reach:-reach] > 0.5
+        reachable |= dilated(fits & stand, kernel)
     column, row = np.meshgrid(*(np.arange(n) for n in cells), indexing="ij")
-    centres = np.stack([x[1::2][column], y[1::2][row]], axis=-1).reshape(-1, 2)
+    centres = np.stack([raster.x[1::2][column], raster.y[1::2][row]], axis=-1).reshape(-1, 2)
     wanted = shapely.contains_xy(shapely.Polygon(area).buffer(TOUCH), *centres.T)
     places = np.stack([column.ravel(), row.ravel()], axis=-1)[wanted]
-    return Cells(centres[wanted], covered[1::2, 1::2].ravel()[wanted], places, tuple(cells.tolist()), centres[0])
+    found = (mask[1::2, 1::2].ravel()[wanted] for mask in (reachable, open_))
+    return Cells(centres[wanted], *found, places, tuple(cells.tolist()), centres[0])
+
+
+class _Raster:
+    """Points every FINE from `low` (2,) on, `shape` (2,) of them."""
+
+    def __init__(self, low: np.ndarray, shape: np.ndarray):
+        self.x, self.y = (low[i] + FINE * np.arange(shape[i]) for i in (0, 1))
+
+    def within(self, geometry: shapely.Geometry) -> np.ndarray:
+        """Return which points lie in `geometry`, (columns, rows)."""
+        shapely.prepare(geometry)
+        return shapely.contains_xy(geometry, *np.meshgrid(self.x, self.y, indexing="ij"))
+
+
+@cache
+def tool_points() -> np.ndarray:
+    """Return points (m, 4) along pipe and cleaner: x, y, z before, left of and above the nozzle's middle, radius [m]."""
+    spec = mujoco.MjSpec.from_file(str(paths.MODELS / "vacuum" / "vacuum.xml"))
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    middle = data.site("nozzle").xpos
+    found = []
+    for name in ("pipe", "housing", "grip"):
+        radius, half, _ = model.geom(name).size
+        axis = data.geom(name).xmat.reshape(3, 3)[:, 2]
+        for along in np.linspace(-half, half, int(half / FINE) + 2):
+            found.append((*(data.geom(name).xpos + along * axis - middle), radius))
+    return np.array(found)
+
+
+def tool_solids(room: Room, raster: _Raster) -> list[np.ndarray]:
+    """Return for each of `tool_points` where it would be inside furniture or a wall, (columns, rows); the part of the
+    raster that is off the room counts as wall.
+    """
+    known, found = {}, []
+    for *_, z, radius in tool_points():
+        parts = [shapely.Polygon(part) for part in room.obstacles(max(0.0, z - radius), z + radius)]
+        grown = shapely.union_all(parts).buffer(radius)
+        key = shapely.to_wkb(grown), radius
+        if key not in known:
+            known[key] = ~raster.within(room.polygon.buffer(-radius).difference(grown))
+        found.append(known[key])
+    return found
+
+
+def _shifted(mask: np.ndarray, columns: int, rows: int) -> np.ndarray:
+    """Return mask[i + columns, j + rows] for every i, j; True off the mask."""
+    moved = np.ones_like(mask)
+    i, j = (slice(max(0, -n), mask.shape[k] - max(0, n)) for k, n in enumerate((columns, rows)))
+    k, m = (slice(max(0, n), mask.shape[k] - max(0, -n)) for k, n in enumerate((columns, rows)))
+    moved[i, j] = mask[k, m]
+    return moved
+
+
+def _behind(heading: float, reach: int) -> np.ndarray:
+    """Return the raster (2 reach + 1, ...) of where the nozzle can be, seen from the base, which is in the middle."""
+    x, y = np.meshgrid(*2 * (FINE * np.arange(-reach, reach + 1),), indexing="ij")
+    along, across = np.cos(heading) * x + np.sin(heading) * y, np.cos(heading) * y - np.sin(heading) * x
+    inside = (along > FORWARD[0] - FINE) & (along < FORWARD[-1] + FINE)
+    return inside & (across > LEFT[0] - FINE) & (across < LEFT[-1] + FINE)
 
 
 def nozzle_kernel(angle: float) -> np.ndarray:
-    """Return the raster (m, m) of step FINE that the nozzle covers, centred, its long side turned to `angle` [rad]."""
+    """Return the raster (m, m) of step FINE that the nozzle covers, centred, the robot's heading `angle` [rad]."""
     n = int(np.hypot(LENGTH, WIDTH) / 2 / FINE) + 1
     x, y = np.meshgrid(*2 * (FINE * np.arange(-n, n + 1),), indexing="ij")
     along, across = np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
-    return (np.abs(along) <= WIDTH / 2 + TOUCH) & (np.abs(across) <= LENGTH / 2 + TOUCH)
+    return (np.abs(along) <= LENGTH / 2 + TOUCH) & (np.abs(across) <= WIDTH / 2 + TOUCH)
 
 
-def opened(inside: np.ndarray, kernel: np.ndarray) -> np.ndarray:
-    """Return what `kernel` (m, m), symmetric about its middle, covers when it moves about wholly within `inside`."""
+def eroded(inside: np.ndarray, kernel: np.ndarray) -> np.ndarray:
+    """Return where `kernel` (m, m), symmetric about its middle, lies wholly within `inside`."""
     pad = kernel.shape[0] // 2
-    blocked = fftconvolve(np.pad(~inside, pad, constant_values=True).astype(float), kernel, mode="same") > 0.5
-    fits = ~blocked[pad:-pad, pad:-pad]
-    return fftconvolve(fits.astype(float), kernel, mode="same") > 0.5
+    outside = np.pad(~inside, pad, constant_values=True).astype(float)
+    return fftconvolve(outside, kernel, mode="same")[pad:-pad, pad:-pad] < 0.5
+
+
+def dilated(mask: np.ndarray, kernel: np.ndarray) -> np.ndarray:
+    """Return what `kernel` (m, m), symmetric about its middle, covers from all places in `mask`."""
+    return fftconvolve(mask.astype(float), kernel, mode="same") > 0.5
 
 
 def passed_over(cells: Cells, poses: np.ndarray) -> np.ndarray:

@@ -56,6 +56,11 @@ class CleaningRun:
         return float(self.covered[self.cells.reachable].mean())
 
     @property
+    def coverage_of_open(self) -> float:
+        """Share of the cells that were covered of those that a nozzle without pipe and robot could cover, 0..1."""
+        return float(self.covered[self.cells.open].mean())
+
+    @property
     def coverage_of_area(self) -> float:
         """Share of all cells of the area, those below furniture included, 0..1."""
         return float(self.covered.mean())
