@@ -19,6 +19,7 @@ from tutorialbot.scene.room import Room
 
 RASTER = 0.02  # [m]
 SPACING = 0.03  # of columns along a capsule [m]
+MANY = 1000  # poses
 BAND = 0.02  # heights are rounded outwards to multiples of it [m]
 
 
@@ -30,29 +31,33 @@ class Distances:
         self.low = room.floor.min(axis=0)
         self.x, self.y = (np.arange(self.low[i], room.floor[:, i].max() + 2 * RASTER, RASTER) for i in (0, 1))
         self.points = shapely.points(*np.meshgrid(self.x, self.y, indexing="ij"))
-        self._bands: dict[tuple[float, float], np.ndarray] = {}
-        self._same: dict[bytes, np.ndarray] = {}
+        self.inside = shapely.covers(room.polygon, self.points)
+        self.rasters = np.empty((0, len(self.x), len(self.y)))
+        self._bands: dict[tuple[float, float], int] = {}
+        self._same: dict[bytes, int] = {}
 
-    def raster(self, low: float, high: float) -> np.ndarray:
-        """Return distances [m] at the points (x, y) of the raster for the heights low..high; negative off the floor."""
+    def layer(self, low: float, high: float) -> int:
+        """Return which of `rasters` holds the distances [m] at (x, y) for heights low..high; negative off the floor."""
         band = (low, high)
         if band not in self._bands:
             outlines = [shapely.Polygon(corners) for corners in self.room.obstacles(low, high)]
-            walls = self.room.polygon.exterior
-            solid = shapely.union_all([walls, *outlines])
+            solid = shapely.union_all([self.room.polygon.exterior, *outlines])
             key = shapely.to_wkb(solid)
             if key not in self._same:
                 shapely.prepare(solid)
                 away = shapely.distance(solid, self.points)
-                floor = self.room.polygon
-                shapely.prepare(floor)
-                outside = ~shapely.contains_xy(floor, shapely.get_x(self.points), shapely.get_y(self.points))
-                self._same[key] = np.where(outside, -away, away)
+                self._same[key] = len(self.rasters)
+                self.rasters = np.concatenate([self.rasters, np.where(self.inside, away, -away)[None]])
             self._bands[band] = self._same[key]
         return self._bands[band]
 
-    def at(self, raster: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return values of a raster between its points, linear; off the raster those of its edge."""
+    def at(self, layers: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return distances (n, m) [m] at places x, y (n, m) in rasters `layers` (m,), linear between their points."""
+        places = np.stack([np.broadcast_to(layers, x.shape), (x - self.low[0]) / RASTER, (y - self.low[1]) / RASTER])
+        return map_coordinates(self.rasters, places, order=1, mode="nearest")
+
+    def between(self, raster: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return values of a raster (len(x), len(y)) of one's own between its points, linear."""
         places = np.stack([(x - self.low[0]) / RASTER, (y - self.low[1]) / RASTER])
         return map_coordinates(raster, places, order=1, mode="nearest")
 
@@ -71,15 +76,21 @@ class Columns:
 
         shifts (..., 2) [m]: where the columns' own frame is in the base's; None: there.
         """
-        cosine, sine = np.cos(poses[..., 2]), np.sin(poses[..., 2])
-        at_x, at_y, least = poses[..., 0], poses[..., 1], np.full(poses.shape[:-1], np.inf)
+        flat = poses.reshape(-1, 3)
+        cosine, sine = np.cos(flat[:, 2, None]), np.sin(flat[:, 2, None])
+        forward, left = (self.middles[:, k] for k in (0, 1))
         if shifts is not None:
-            at_x = at_x + cosine * shifts[..., 0] - sine * shifts[..., 1]
-            at_y = at_y + sine * shifts[..., 0] + cosine * shifts[..., 1]
-        for (x, y), radius, low, high in zip(self.middles, self.radii, self.low, self.high, strict=True):
-            px, py = at_x + cosine * x - sine * y, at_y + sine * x + cosine * y
-            np.minimum(least, distances.at(distances.raster(low, high), px, py) - radius, out=least)
-        return least
+            forward, left = (self.middles[:, k] + shifts.reshape(-1, 2)[:, k, None] for k in (0, 1))
+        x = flat[:, 0, None] + cosine * forward - sine * left
+        y = flat[:, 1, None] + sine * forward + cosine * left
+        layers = np.array([distances.layer(*band) for band in zip(self.low.tolist(), self.high.tolist(), strict=True)])
+        if len(flat) < MANY:
+            return (distances.at(layers, x, y) - self.radii).min(axis=1).reshape(poses.shape[:-1])
+        least = np.full(len(flat), np.inf)  # faster, for many poses
+        for k, layer in enumerate(layers):
+            away = distances.between(distances.rasters[layer], x[:, k], y[:, k])
+            np.minimum(least, away - self.radii[k], out=least)
+        return least.reshape(poses.shape[:-1])
 
     def moved(self, shift: Sequence[float]) -> "Columns":
         """Return the same columns, their frame's origin at `shift` (2,)."""
@@ -109,8 +120,7 @@ class Body:
         """
         nozzles = np.broadcast_to(nozzles, (len(poses), 2))
         least = self.base.clearance(distances, poses)
-        for part in (self.vacuum, self.nozzle):
-            np.minimum(least, part.clearance(distances, poses, nozzles), out=least)
+        np.minimum(least, (self.vacuum + self.nozzle).clearance(distances, poses, nozzles), out=least)
         nearest = np.stack([np.abs(nozzles[:, k, None] - grid).argmin(axis=1)
                             for k, grid in enumerate((FORWARD, LEFT))], axis=1)  # fmt: skip
         for key in {tuple(row) for row in nearest.tolist()}:

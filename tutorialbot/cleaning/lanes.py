@@ -26,7 +26,7 @@ SIDES = np.array([0, 4, 8])  # numbers of LEFT at which lanes are driven
 STEP = 0.02  # between places along and across the lanes that are tried [m]
 GAP = 0.005  # the nozzle keeps from furniture and walls [m]
 MARGIN = 0.012  # all else keeps [m]
-OVERLAP = 0.004  # what is nearer than this [m] to the nozzle's rim is not counted on
+OVERLAP = 0.003  # what is nearer than this [m] to the nozzle's rim is not counted on
 BIN = 0.01  # for counting cells under a lane [m]
 LEAST = 4  # new cells for which a lane is still worth it
 OVERHEAD = 0.5  # length [m] that costs as much time as getting to another lane
@@ -136,7 +136,7 @@ class Headed:
         low = distances.low
 
         def at(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-            return distances.at(raster, low[0] + (x - low[0]) / stride, low[1] + (y - low[1]) / stride)
+            return distances.between(raster, low[0] + (x - low[0]) / stride, low[1] + (y - low[1]) / stride)
 
         return at
 
@@ -164,12 +164,12 @@ class Headed:
         t, first, last, _ = self.runs.T
         half = 0.5 * np.array([rooms.NOZZLE_LENGTH, rooms.NOZZLE_WIDTH]) - OVERLAP
 
-        def inner(value: np.ndarray, axis: int, upper: bool) -> np.ndarray:
-            edge = (value - self._low[axis]) / BIN
-            return np.clip((np.floor(edge) if upper else np.ceil(edge)).astype(int), 0, self._size[axis] - 1)
+        def up_to(value: np.ndarray, axis: int) -> np.ndarray:  # bins whose middles are below the value
+            bins = np.floor((value - self._low[axis]) / BIN + 0.5).astype(int)
+            return np.clip(bins, 0, self._size[axis] - 1)
 
-        a0, a1 = inner(self.along[first] - half[0], 0, False), inner(self.along[last] + half[0], 0, True)
-        c0, c1 = inner(self.across[t] - half[1], 1, False), inner(self.across[t] + half[1], 1, True)
+        a0, a1 = up_to(self.along[first] - half[0], 0), up_to(self.along[last] + half[0], 0)
+        c0, c1 = up_to(self.across[t] - half[1], 1), up_to(self.across[t] + half[1], 1)
         return sums[a1, c1] - sums[a0, c1] - sums[a1, c0] + sums[a0, c0]
 
     def costs(self) -> np.ndarray:
@@ -182,11 +182,13 @@ class Headed:
         under = np.abs(self._where[:, 1] - self.across[t]) <= half[1]
         return under & (self._where[:, 0] >= first - half[0]) & (self._where[:, 0] <= last + half[0])
 
-    def lane(self, run: int, wanted: np.ndarray) -> tuple[Lane, np.ndarray]:
-        """Return the part of a run that the wanted cells need, as a lane, and which cells it covers."""
+    def lane(self, run: int, wanted: np.ndarray) -> tuple[Lane, np.ndarray] | None:
+        """Return the part of a run that the wanted cells need, as a lane, and which cells it covers; None for none."""
         t, first, last, side = self.runs[run]
         left = LEFT[SIDES[side]]
         needed = self._where[self.covered(t, self.along[first], self.along[last]) & wanted, 0]
+        if not len(needed):
+            return None
         half = 0.5 * rooms.NOZZLE_LENGTH - OVERLAP
         begin = int(np.searchsorted(self.along, needed.min() + half - 1e-9, side="right")) - 1
         end = int(np.searchsorted(self.along, needed.max() - half + 1e-9))
@@ -197,11 +199,11 @@ class Headed:
         base = np.stack([along - forward, np.full(len(along), self.across[t] - left)], axis=1) @ self.turn.T
         poses = np.column_stack([base, np.full(len(along), self.heading)])
         lane = Lane(poses, np.column_stack([forward, np.full(len(along), left)]))
-        return lane, self.covered(t, along[0], along[-1])
+        return lane, self.covered(t, self.along[begin], self.along[end])
 
     def _extension(self, fits: np.ndarray, length: float) -> np.ndarray:
-        """Return the corners (m, 2) of a path in (s, extension) through `fits` (S, K): evenly reaching out if it can,
-        as far as the arm reaches or the lane is long; so the base never draws back.
+        """Return the corners (m, 2) of a path in (s, extension) through `fits` (S, K): evenly reaching out if it can, as
+        far as the arm reaches or the lane is long; so the base never draws back.
         """
         S, K = fits.shape
         reach = FORWARD[EXTENSIONS] - FORWARD[EXTENSIONS[0]]
@@ -259,9 +261,10 @@ def choose_lanes(
         if choice is None:
             return
         number, k = choice
-        lane, under = headed[number].lane(k, wanted)
-        if not (under & wanted).any() or not accessible(lane):
+        found = headed[number].lane(k, wanted)
+        if found is None or not accessible(found[0]):
             shut[number][k] = True
             continue
+        lane, under = found
         wanted &= ~under
         yield lane, 1.0 - float(wanted.mean())

@@ -4,6 +4,8 @@ A node is a place and a heading at which the whole robot fits, an edge a short s
 which it fits too. Ways are then pulled straight wherever the robot fits on the straight way.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
@@ -18,6 +20,8 @@ DRAWN = np.array([FORWARD[0], LEFT[4]])  # where the nozzle is on the way, in th
 MARGIN = 0.02  # the robot keeps on its ways [m]
 TIGHT, SLACK = 0.002, 0.001  # what it keeps at least, and how much less than at the ends [m]
 FINE = 0.03  # between checks along a way [m]
+BACK, BACK_MOST = 0.1, 8  # steps back from a lane's end [m], and how many
+BACKWARDS = np.pi + np.array([0.0, 0.8, -0.8, 1.57, -1.57])  # ... and in which directions of the base [rad]
 ARC = 0.3  # length [m] that costs as much as a turn by one radian
 
 
@@ -25,6 +29,15 @@ def length(way: np.ndarray) -> float:
     """Return how long a way over poses (m, 3) is [m], turns included."""
     steps = np.diff(way, axis=0)
     return float((np.hypot(steps[:, 0], steps[:, 1]) + ARC * np.abs(steps[:, 2])).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Exit:
+    """Bases (m, 3) and nozzles (m, 2) from a lane's end to a place with the nozzle drawn close, and the node there."""
+
+    base: np.ndarray
+    nozzle: np.ndarray
+    node: int
 
 
 class Router:
@@ -41,6 +54,7 @@ class Router:
         self.nodes = self.poses[free]
         self.graph = self._edges()
         self.component = connected_components(self.graph, directed=False)[1]
+        self._exits: dict[tuple, Exit | None] = {}
         self._from: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         home = self.entry(start)
         self.home = None if home is None else self.component[home]
@@ -103,6 +117,30 @@ class Router:
         other[2] = pose[2] + (other[2] - pose[2] + np.pi) % (2 * np.pi) - np.pi
         return np.stack([pose, other])
 
+    def exit(self, base: np.ndarray, nozzle: np.ndarray) -> "Exit | None":
+        """Return a way from a lane's end to a node that is connected with the start, None when there is none.
+
+        The robot draws the nozzle close where it stands, or first drives straight back, or aslant, until it can.
+        """
+        key = (*base.tolist(), *nozzle.tolist())
+        if key not in self._exits:
+            self._exits[key] = self._exit(base, nozzle)
+        return self._exits[key]
+
+    def _exit(self, base: np.ndarray, nozzle: np.ndarray) -> "Exit | None":
+        for aslant in BACKWARDS:
+            way = np.stack([np.cos(base[2] + aslant), np.sin(base[2] + aslant), 0.0])
+            for back in BACK * np.arange(0 if aslant == BACKWARDS[0] else 1, BACK_MOST + 1):
+                there = base + back * way
+                if back and not self.straight(np.stack([base, there]), np.tile(nozzle, (2, 1))):
+                    break
+                drawing = self.drawing(there, nozzle)
+                node = None if drawing is None else self.entry(there)
+                if node is not None and self.component[node] == self.home:
+                    bases = np.concatenate([base[None], np.tile(there, (len(drawing), 1))])
+                    return Exit(bases, np.concatenate([nozzle[None], drawing]), node)
+        return None
+
     def drawing(self, base: np.ndarray, nozzle: np.ndarray) -> np.ndarray | None:
         """Return nozzles (m, 2) that draw the lifted nozzle close with the base at rest; None if something is near."""
         first = np.array([DRAWN[0], nozzle[1]])
@@ -113,15 +151,7 @@ class Router:
 
     def accessible(self, lane: Lane) -> bool:
         """Whether the robot can get to one of the lane's ends, or both."""
-        return any(self.door(base, nozzle) is not None for base, nozzle in zip(lane.base[[0, -1]], lane.nozzle[[0, -1]],
-                                                                             strict=True))  # fmt: skip
-
-    def door(self, base: np.ndarray, nozzle: np.ndarray) -> int | None:
-        """Return the node from which a lane's end can be taken, None when it cannot."""
-        if self.drawing(base, nozzle) is None:
-            return None
-        node = self.entry(base)
-        return node if node is not None and self.component[node] == self.home else None
+        return any(self.exit(lane.base[k], lane.nozzle[k]) is not None for k in (0, -1))
 
     def reach(self, node: int) -> tuple[np.ndarray, np.ndarray]:
         """Return distances (n,) [m] from a node to all, and each node's predecessor on the way."""

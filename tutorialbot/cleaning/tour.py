@@ -7,7 +7,7 @@ import numpy as np
 
 from tutorialbot.cleaning.lanes import Lane
 from tutorialbot.cleaning.reach import LIFT, Postures
-from tutorialbot.cleaning.route import ARC, DRAWN, Router, length
+from tutorialbot.cleaning.route import ARC, DRAWN, Exit, Router, length
 
 SPEED_ON_FLOOR = 0.3  # of the nozzle along a lane [m/s]
 DRAWING = 0.4  # length [m] that costs as much as drawing the nozzle close, or reaching out
@@ -47,26 +47,19 @@ def tour(lanes: Sequence[Lane], router: Router) -> list[Motion]:
     the nozzle close and drives round what is in the way.
     """
     ends = [(number, lane) for number, one in enumerate(lanes) for lane in (one, one.turned_round)]
-    doors = [router.door(lane.base[0], lane.nozzle[0]) for _, lane in ends]
+    exits = [router.exit(lane.base[0], lane.nozzle[0]) for _, lane in ends]
     base, nozzle, left, motions, driven = router.start, DRAWN, set(range(len(ends))), [], None
     while left:
-        choice, straight = _next(base, nozzle, ends, left, doors, router, drawn=driven is None)
-        if choice is None and router.door(base, nozzle) is None:  # a dead end: back along the lane
-            back = driven.turned_round
-            motions.append(Motion(back.base, back.nozzle, np.ones(len(back.base))))
-            base, nozzle, driven = back.base[-1], back.nozzle[-1], None if router.door(back.base[-1], back.nozzle[-1]) \
-                is None else back  # fmt: skip
-            if driven is None:
-                return motions
-            choice, straight = _next(base, nozzle, ends, left, doors, router, drawn=False)
+        way_out = Exit(base[None], nozzle[None], router.entry(base)) if driven is None else driven
+        choice, straight = _next(base, nozzle, ends, left, exits, router, way_out)
         if choice is None:
             return motions
         number, lane = ends[choice]
-        lane = _turned_to(lane, base[2])
         if straight:
+            lane = _turned_to(lane, base[2])
             motions.append(Motion(np.stack([base, lane.base[0]]), np.stack([nozzle, lane.nozzle[0]]), np.ones(2)))
         else:
-            motions += _around(base, nozzle, lane, router)
+            motions += _around(base, way_out, exits[choice], router)
             lane = _turned_to(lane, motions[-1].base[-1, 2])
         here, there = (np.tile(lane.base[k], (2, 1)) for k in (0, -1))
         motions += [
@@ -74,8 +67,12 @@ def tour(lanes: Sequence[Lane], router: Router) -> list[Motion]:
             Motion(lane.base, lane.nozzle, np.zeros(len(lane.base)), number),
             Motion(there, np.tile(lane.nozzle[-1], (2, 1)), np.array([0.0, 1.0])),
         ]
-        base, nozzle, driven = lane.base[-1], lane.nozzle[-1], lane
+        base, nozzle, driven = lane.base[-1], lane.nozzle[-1], exits[choice ^ 1]
         left -= {2 * number, 2 * number + 1}
+        if driven is None:  # a dead end: back along the lane, the nozzle lifted
+            back = lane.turned_round
+            motions.append(Motion(back.base, back.nozzle, np.ones(len(back.base))))
+            base, nozzle, driven = back.base[-1], back.nozzle[-1], exits[choice]
     return motions
 
 
@@ -86,7 +83,7 @@ def _turned_to(lane: Lane, heading: float) -> Lane:
     return Lane(base, lane.nozzle)
 
 
-def _next(base, nozzle, ends, left, doors, router: Router, drawn: bool) -> tuple[int | None, bool]:
+def _next(base, nozzle, ends, left, exits, router: Router, way_out: Exit) -> tuple[int | None, bool]:
     """Return the number of the nearest lane's end in `left`, None when there is none, and whether to go straight."""
     order = np.array(sorted(left))
     starts = np.array([ends[i][1].base[0] for i in order])
@@ -94,13 +91,11 @@ def _next(base, nozzle, ends, left, doors, router: Router, drawn: bool) -> tuple
     reach = np.abs(np.array([ends[i][1].nozzle[0] for i in order]) - nozzle).sum(axis=1)
     straight = np.hypot(*(starts[:, :2] - base[:2]).T) + ARC * turn + reach
     around = np.full(len(order), np.inf)
-    here = router.entry(base) if drawn else router.door(base, nozzle)
-    if here is not None:
-        distances = router.reach(here)[0]
-        has = np.array([doors[i] is not None for i in order])
-        around[has] = distances[[doors[i] for i in order[has]]] + 2 * DRAWING
-    for k in np.argsort(straight, kind="stable")[:NEAR]:
-        if straight[k] > around.min():
+    has = np.array([exits[i] is not None for i in order])
+    around[has] = router.reach(way_out.node)[0][[exits[i].node for i in order[has]]] + 2 * DRAWING
+    alone = np.array([exits[i ^ 1] is None and exits[i] is None for i in order])
+    for k in np.argsort(np.where(alone, np.inf, straight), kind="stable")[:NEAR]:
+        if straight[k] > around.min() or alone[k]:
             break
         lane = _turned_to(ends[order[k]][1], base[2])
         if router.straight(np.stack([base, lane.base[0]]), np.stack([nozzle, lane.nozzle[0]])):
@@ -110,14 +105,17 @@ def _next(base, nozzle, ends, left, doors, router: Router, drawn: bool) -> tuple
     return int(order[int(around.argmin())]), False
 
 
-def _around(base: np.ndarray, nozzle: np.ndarray, lane: Lane, router: Router) -> list[Motion]:
+def _around(base: np.ndarray, way_out: Exit, way_in: Exit, router: Router) -> list[Motion]:
     """Draw close, drive, reach out."""
     motions = []
-    drawing = router.drawing(base, nozzle)
-    if np.abs(nozzle - DRAWN).max() > 1e-6:
-        motions.append(Motion(np.tile(base, (len(drawing), 1)), drawing, np.ones(len(drawing))))
-    way = router.way(base, lane.base[0])
+    if len(way_out.base) > 1:
+        out = way_out.base.copy()
+        out[:, 2] = base[2]
+        motions.append(Motion(out, way_out.nozzle, np.ones(len(out))))
+    start = motions[-1].base[-1] if motions else base
+    way = router.way(start, way_in.base[-1])
     motions.append(Motion(way, np.tile(DRAWN, (len(way), 1)), np.ones(len(way))))
-    reaching = router.drawing(lane.base[0], lane.nozzle[0])[::-1]
-    motions.append(Motion(np.tile(way[-1], (len(reaching), 1)), reaching, np.ones(len(reaching))))
+    into = way_in.base[::-1].copy()
+    into[:, 2] = way[-1, 2]
+    motions.append(Motion(into, way_in.nozzle[::-1], np.ones(len(into))))
     return motions
