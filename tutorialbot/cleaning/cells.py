@@ -27,7 +27,7 @@ BASE_HIGH = 0.29  # of the robot's base [m]
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Cells of a floor. centres: (n, 2) [m], those inside the area; reachable: (n,) whether the robot's nozzle can cover
+    """Cells of a floor. centres: (n, 2) [m], those inside the area; reachable: (n,) whether the nozzle can cover
     it; open: (n,) whether a nozzle on its own could, without a pipe on it or a robot behind; places: (n, 2) column and
     row in a grid of `shape` (columns, rows) whose first cell has the centre `first` (2,) [m].
     """
@@ -107,7 +107,7 @@ class _Raster:
 
 @cache
 def tool_points() -> np.ndarray:
-    """Return points (m, 4) along pipe and cleaner: x, y, z before, left of and above the nozzle's middle, radius [m]."""
+    """Return points (m, 4) along pipe and cleaner: x, y, z before, left of and above the nozzle, radius [m]."""
     spec = mujoco.MjSpec.from_file(str(paths.MODELS / "vacuum" / "vacuum.xml"))
     model = spec.compile()
     data = mujoco.MjData(model)
@@ -140,8 +140,8 @@ def tool_solids(room: Room, raster: _Raster) -> list[np.ndarray]:
 def _shifted(mask: np.ndarray, columns: int, rows: int) -> np.ndarray:
     """Return mask[i + columns, j + rows] for every i, j; True off the mask."""
     moved = np.ones_like(mask)
-    i, j = (slice(max(0, -n), mask.shape[k] - max(0, n)) for k, n in enumerate((columns, rows)))
-    k, m = (slice(max(0, n), mask.shape[k] - max(0, -n)) for k, n in enumerate((columns, rows)))
+    i, j = (slice(max(0, -n), max(0, mask.shape[k] - max(0, n))) for k, n in enumerate((columns, rows)))
+    k, m = (slice(max(0, n), max(0, mask.shape[k] - max(0, -n))) for k, n in enumerate((columns, rows)))
     moved[i, j] = mask[k, m]
     return moved
 

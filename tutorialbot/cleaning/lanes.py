@@ -202,8 +202,8 @@ class Headed:
         return lane, self.covered(t, self.along[begin], self.along[end])
 
     def _extension(self, fits: np.ndarray, length: float) -> np.ndarray:
-        """Return the corners (m, 2) of a path in (s, extension) through `fits` (S, K): evenly reaching out if it can, as
-        far as the arm reaches or the lane is long; so the base never draws back.
+        """Return the corners (m, 2) of a path in (s, extension) through `fits` (S, K): evenly reaching out if it can,
+        as far as the arm reaches or the lane is long; so the base never draws back.
         """
         S, K = fits.shape
         reach = FORWARD[EXTENSIONS] - FORWARD[EXTENSIONS[0]]
