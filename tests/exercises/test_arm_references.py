@@ -83,4 +83,5 @@ def test_the_difference_mutation_passes_with_any_chance(seed, monkeypatch):
 
     monkeypatch.setattr(arm_evolution, "SEED", 100 + seed)
     monkeypatch.setattr(mechanism, "_tools", [])
+    mechanism.remember_tools()  # with this seed: an empty memory would count as tampering
     assert arm_evolution.step_by_difference.verdict(SOLUTIONS["step_by_difference"]).outcome == "correct"
