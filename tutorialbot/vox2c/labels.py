@@ -1,0 +1,195 @@
+"""Labels: the true C-space of a scene, from its boxes ("exact") or from its voxels, as the paper has it ("octree").
+
+The paper records OctoMap's answer at every posture (section 4.1.2); OctoMap sees voxels, and a voxel that a box merely
+cuts is full. So there are two kinds of labels, and they differ: at 32 voxels a side about 40 % of the obstacle that the
+octree finds is free in truth. Every function here says in its name which kind it makes; KINDS names them for tables and
+files.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import coal
+import numpy as np
+
+from tutorialbot.errors import InvalidType, InvalidValue, finite_number
+from tutorialbot.vox2c import kernels
+from tutorialbot.vox2c.arm import (
+    BAR,
+    DOMAIN,
+    HALF_LENGTH,
+    HALF_WIDTH,
+    JOINT_1,
+    MIDDLE,
+    SLABS,
+    configurations,
+    link_poses,
+)
+from tutorialbot.vox2c.scenes import BoxScene
+
+KINDS = ("exact", "octree")
+FINEST = 0.1  # finer grids than this fill the memory [deg]
+SIZES = (1, 256)  # of a voxel grid
+
+
+# -- grids of angles -----------------------------------------------------------------------------------------------
+
+
+def cells(resolution_deg: float) -> int:
+    """Return how many cells of `resolution_deg` make a turn; raise InvalidValue when it does not divide 360 degrees."""
+    resolution = finite_number("resolution_deg", resolution_deg, FINEST, 360.0)
+    n = round(360.0 / resolution)
+    if abs(n * resolution - 360.0) > 1e-9:
+        raise InvalidValue("resolution_deg", resolution_deg, "a number of degrees that divides 360")
+    return n
+
+
+def angles(resolution_deg: float) -> np.ndarray:
+    """Return the angles (n,) [rad] of the cells along either axis: cell k at -180 + k * resolution degrees."""
+    n = cells(resolution_deg)
+    return np.radians(-180.0 + 360.0 / n * np.arange(n))
+
+
+@lru_cache(maxsize=8)
+def _tables(n: int) -> np.ndarray:
+    """Sine and cosine (4, n) of theta1 and of phi, as kernels.cspace takes them."""
+    theta1, phi = 2 * np.pi * (np.arange(n) / n - 0.5), 2 * np.pi * np.arange(n) / n
+    return np.array([np.sin(theta1), np.cos(theta1), np.sin(phi), np.cos(phi)])
+
+
+# -- from boxes ----------------------------------------------------------------------------------------------------
+
+
+def _rectangles(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    x, _, z = JOINT_1
+    return tuple(kernels.rectangles(low, high, *slab, x, z) for slab in SLABS)
+
+
+def _scene(value: BoxScene) -> BoxScene:
+    if not isinstance(value, BoxScene):
+        raise InvalidType("scene", value, "a scenes.BoxScene")
+    return value
+
+
+def exact_cspace(scene: BoxScene, resolution_deg: float) -> np.ndarray:
+    """Return the C-space of a scene, bool (n, n): True where the arm collides with a box.
+
+    Axis 0 is theta1, axis 1 theta2; cell k is the angle -180 + k * resolution_deg degrees itself, not an interval.
+    Exact at these angles. Raises InvalidValue when the resolution does not divide 360 degrees.
+    """
+    return kernels.cspace(*_rectangles(*_scene(scene).corners), _tables(cells(resolution_deg)), BAR)
+
+
+def collides(scene: BoxScene, q) -> np.ndarray:
+    """Return for each configuration of q (k, 2) [rad] whether the arm collides with a box: bool (k,), exact.
+
+    Raises InvalidType or InvalidValue for another shape, NaN or infinity.
+    """
+    return kernels.collide(*_rectangles(*_scene(scene).corners), configurations(q), BAR)
+
+
+def state_test(scene: BoxScene) -> Callable[[float, float], bool]:
+    """Return a function (theta1, theta2) [rad] -> bool that says whether the arm collides; for planners, unchecked."""
+    return _state_test(*_scene(scene).corners)
+
+
+def _state_test(low: np.ndarray, high: np.ndarray) -> Callable[[float, float], bool]:
+    second, third = _rectangles(low, high)
+    test = kernels.collides
+    return lambda theta1, theta2: test(second, third, theta1, theta2, BAR)
+
+
+# -- from voxels ---------------------------------------------------------------------------------------------------
+
+
+def check_voxels(voxels, size: int | None = None) -> np.ndarray:
+    """Return `voxels` as a bool array (n, n, n); raise InvalidType or InvalidValue when it is no binary cube.
+
+    Numbers are fine when all are 0 or 1. `size` is the n that it must have; None takes any.
+    """
+    try:
+        array = np.asarray(voxels)
+    except ValueError:
+        raise InvalidType("voxels", voxels, "an array of 0 and 1") from None
+    expected = "a cube (n, n, n)" if size is None else f"shape ({size}, {size}, {size})"
+    if array.ndim != 3 or len(set(array.shape)) != 1 or not SIZES[0] <= len(array) <= SIZES[1]:
+        raise InvalidValue("voxels", f"array of shape {array.shape}", f"{expected}, n from {SIZES[0]} to {SIZES[1]}")
+    if size is not None and len(array) != size:
+        raise InvalidValue("voxels", f"array of shape {array.shape}", expected)
+    if array.dtype != bool:
+        if array.dtype.kind not in "iuf":
+            raise InvalidType("voxels", f"array of {array.dtype}", "an array of 0 and 1")
+        if not ((array == 0) | (array == 1)).all():
+            raise InvalidValue("voxels", f"values from {array.min()} to {array.max()}", "0 and 1 only")
+        array = array.astype(bool)
+    return array
+
+
+def voxel_boxes(voxels) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and the highest corner, each (k, 3) [m], of boxes that together are the occupied voxels.
+
+    Neighbours along x are one box: the same solid in fewer pieces.
+    """
+    voxels = check_voxels(voxels)
+    n, origin = len(voxels), np.array(DOMAIN[0])
+    side = (DOMAIN[1][0] - DOMAIN[0][0]) / n
+    edges = np.diff(np.pad(voxels, ((1, 1), (0, 0), (0, 0))).astype(np.int8), axis=0)
+    lines = edges.transpose(1, 2, 0)  # along the last axis a run begins at +1 and ends at -1
+    first, last = np.argwhere(lines == 1), np.argwhere(lines == -1)
+    low, high = first[:, [2, 0, 1]], np.column_stack([last[:, 2], first[:, :2] + 1])
+    return origin + side * low, origin + side * high
+
+
+def octree_cspace(voxels, resolution_deg: float) -> np.ndarray:
+    """Return the C-space of a voxel grid, bool (n, n): True where the arm collides with an occupied voxel.
+
+    The paper's labels: what an octree of these voxels answers at every posture, computed as boxes (a test holds it to
+    coal's octree). Conventions and errors as of `exact_cspace`; a grid that is no binary cube is refused.
+    """
+    return kernels.cspace(*_rectangles(*voxel_boxes(voxels)), _tables(cells(resolution_deg)), BAR)
+
+
+def octree_collides(voxels, q) -> np.ndarray:
+    """Return for each configuration of q (k, 2) [rad] whether the arm collides with an occupied voxel: bool (k,)."""
+    return kernels.collide(*_rectangles(*voxel_boxes(voxels)), configurations(q), BAR)
+
+
+def octree_state_test(voxels) -> Callable[[float, float], bool]:
+    """Return a function (theta1, theta2) [rad] -> bool, True on an occupied voxel; for planners, unchecked."""
+    return _state_test(*voxel_boxes(voxels))
+
+
+# -- references in coal --------------------------------------------------------------------------------------------
+
+
+def coal_test(scene: BoxScene) -> Callable[[float, float], bool]:
+    """Return coal's own answer as a function (theta1, theta2) -> bool: 3-D boxes one by one. The slow reference."""
+    low, high = _scene(scene).corners
+    return _coal(
+        [(coal.Box(*(b - a)), coal.Transform3s(np.eye(3), (a + b) / 2)) for a, b in zip(low, high, strict=True)]
+    )
+
+
+def coal_octree_test(voxels) -> Callable[[float, float], bool]:
+    """Return coal's octree of the occupied voxels as a function (theta1, theta2) -> bool: the paper's OctoMap."""
+    voxels = check_voxels(voxels)
+    side = (DOMAIN[1][0] - DOMAIN[0][0]) / len(voxels)
+    if not voxels.any():
+        return lambda theta1, theta2: False
+    centres = np.array(DOMAIN[0]) + side * (np.argwhere(voxels) + 0.5)
+    return _coal([(coal.makeOctree(centres, side), coal.Transform3s.Identity())])
+
+
+def _coal(things: list) -> Callable[[float, float], bool]:
+    bar = coal.Box(2 * HALF_WIDTH, 2 * HALF_WIDTH, 2 * HALF_LENGTH)
+    request, middle = coal.CollisionRequest(), np.array([0.0, 0.0, MIDDLE])
+
+    def test(theta1: float, theta2: float) -> bool:
+        for pose in link_poses((theta1, theta2)):
+            placed = coal.Transform3s(pose.rotation, pose.act(middle))
+            for shape, where in things:
+                if coal.collide(bar, placed, shape, where, request, coal.CollisionResult()):
+                    return True
+        return False
+
+    return test
