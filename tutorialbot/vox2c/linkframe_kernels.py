@@ -195,3 +195,23 @@ def bars_meet(rectangles, poses, bar):
                 found[q] = True
                 break
     return found
+
+
+@compiled
+def posterior_boxes(first, last, cell, shortest, longest, length, rng):
+    """Draw boxes that fill exactly the voxels first..last (n, 3), as random scenes have them; corners (n, 3) each.
+
+    Sides are even in [shortest, longest], and a box's place is even in what the domain leaves: so of two sides that are
+    possible the longer one is a little more likely, by 1 / (length - side).
+    """
+    low, high = np.empty_like(first), np.empty_like(first)
+    for i in range(len(first)):
+        for a in range(3):
+            while True:
+                low[i, a] = (first[i, a] + rng.random()) * cell
+                high[i, a] = (last[i, a] + rng.random()) * cell
+                side = high[i, a] - low[i, a]
+                possible = shortest <= side <= longest
+                if possible and rng.random() * (length - side) < length - longest:
+                    break
+    return low, high

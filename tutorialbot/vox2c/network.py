@@ -20,7 +20,7 @@ from torch.nn import functional
 from tutorialbot.errors import BrokenFile, InvalidValue, positive
 from tutorialbot.runs import RunRecord
 from tutorialbot.vox2c import linkframe, weights
-from tutorialbot.vox2c.grids import check_voxels
+from tutorialbot.vox2c.labels import check_voxels
 
 SIZE = 32
 ENCODER = (64, 128, 256, 512)
