@@ -30,7 +30,7 @@ def test_no_disagreement_with_coals_boxes():
 def test_no_disagreement_with_coals_octree(size):
     wrong = hits = 0
     for seed in range(2100, 2150):
-        voxels, q = grids.raster(random_scene(seed), size), states(60, seed)
+        voxels, q = grids.voxelize(random_scene(seed), "raster", size), states(60, seed)
         coal, ours = labels.coal_octree_test(voxels), labels.octree_collides(voxels, q)
         wrong += sum(coal(*state) != answer for state, answer in zip(q, ours, strict=True))
         hits += ours.sum()
@@ -69,7 +69,7 @@ def test_whole_grids_equal_single_states():
 def test_a_cell_of_the_octrees_grid_is_coals_answer(resolution):
     theta, rng = labels.angles(resolution), np.random.default_rng(resolution)
     for seed in range(2300, 2310):
-        voxels = grids.raster(random_scene(seed), 32)
+        voxels = grids.voxelize(random_scene(seed), "raster", 32)
         found, coal = labels.octree_cspace(voxels, resolution), labels.coal_octree_test(voxels)
         for i, j in rng.integers(0, len(theta), (50, 2)):
             assert found[i, j] == coal(theta[i], theta[j])
@@ -90,7 +90,7 @@ def test_the_kinds_differ_and_voxels_block_more():
     for seed in range(2400, 2420):
         scene = random_scene(seed)
         exact = labels.exact_cspace(scene, 5)
-        octree = labels.octree_cspace(grids.raster(scene, 32), 5)
+        octree = labels.octree_cspace(grids.voxelize(scene, "raster", 32), 5)
         assert not (exact & ~octree).any()
         both += exact.sum(), octree.sum()
     assert both[1] > 1.2 * both[0]
@@ -110,7 +110,7 @@ def test_nothing_is_hit_in_an_empty_scene():
 
 def test_single_tests_for_planners_agree():
     scene, q = random_scene(2500), states(300, 5)
-    voxels = grids.raster(scene, 32)
+    voxels = grids.voxelize(scene, "raster", 32)
     for test, many in (
         (labels.state_test(scene), labels.collides(scene, q)),
         (labels.octree_state_test(voxels), labels.octree_collides(voxels, q)),
@@ -171,7 +171,7 @@ def test_grids_that_are_no_binary_cube_are_named(voxels, error):
 
 
 def test_zeros_and_ones_are_binary_whatever_their_type():
-    voxels = grids.raster(random_scene(3), 32)
+    voxels = grids.voxelize(random_scene(3), "raster", 32)
     for kind in (np.uint8, np.int64, np.float32):
         np.testing.assert_array_equal(labels.octree_cspace(voxels.astype(kind), 10), labels.octree_cspace(voxels, 10))
 

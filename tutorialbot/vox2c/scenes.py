@@ -13,6 +13,7 @@ from tutorialbot.vox2c.arm import COLUMN, DOMAIN
 SIDES = (0.10, 0.35)  # of a random box [m], section 4.1.1
 CLEARANCE = 0.05  # random boxes keep this far from the column, and so from joint 1 [m]; the paper does not say
 COLOURS = ((0.30, 0.55, 0.80), (0.45, 0.70, 0.55), (0.80, 0.70, 0.45), (0.70, 0.50, 0.65), (0.55, 0.60, 0.68))
+FLOOR = (0.86, 0.87, 0.88, 1.0)
 TOUCH = 1e-9  # boxes may stand out of the domain by this much [m]: rounding
 
 
@@ -45,8 +46,12 @@ class BoxScene:
     def model(self, *, seen: bool = True) -> mujoco.MjModel:
         """Return a MuJoCo model of the floor, the arm (joints joint1, joint2) and the boxes (geoms box0, box1, ...).
 
-        `seen=False` leaves out what is there for the eye alone.
+        `seen=False` leaves out what is there for the eye alone. The boxes are in geom group 0, the floor in 1.
         """
+        return self.spec(seen=seen).compile()
+
+    def spec(self, *, seen: bool = True) -> mujoco.MjSpec:
+        """Return what `model` compiles, to add to."""
         spec = mujoco.MjSpec.from_file(str(paths.MODELS / "rrbot" / "robot.xml"))
         if not seen:
             for geom in spec.geoms:
@@ -54,14 +59,14 @@ class BoxScene:
                     spec.delete(geom)
         things = {"contype": 2, "conaffinity": 1}
         spec.worldbody.add_geom(
-            name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.6, 1.6, 0.1], rgba=[0.86, 0.87, 0.88, 1.0], **things
+            name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.6, 1.6, 0.1], group=1, rgba=FLOOR, **things
         )
         for i, box in enumerate(self.boxes):
             colour = [*COLOURS[i % len(COLOURS)], 1.0]
             spec.worldbody.add_geom(
                 name=f"box{i}", type=mujoco.mjtGeom.mjGEOM_BOX, pos=box[:3], size=box[3:] / 2, rgba=colour, **things
             )
-        return spec.compile()
+        return spec
 
 
 def random_scene(seed: int, boxes: int = 15) -> BoxScene:
