@@ -99,6 +99,18 @@ class Scene:
         tube = shapes.tube(points, positive("radius", radius))
         self[name].set_object(mg.Mesh(tube, shapes.material(shapes.rgba(color), double_sided=True)))
 
+    def add_voxels(self, occupied, side: float, origin, color: int = 0x4C78A8, name: str = "voxels") -> None:
+        """Draw the occupied cells of a grid (x, y, z), cubes of `side` [m] from `origin` (3,) [m] on; none draws none."""
+        occupied = np.asarray(occupied, dtype=bool)
+        if occupied.ndim != 3:
+            raise InvalidValue("occupied", f"array of shape {occupied.shape}", "a grid (x, y, z)")
+        origin, side = finite_array("origin", origin, (3,)), positive("side", side)
+        self[name].delete()
+        if occupied.any():
+            mesh = mg.Mesh(shapes.voxels(occupied, side), shapes.material(shapes.rgba(color)))
+            self[name].set_object(mesh)
+            self[name].set_transform(pinocchio.SE3(np.eye(3), origin).homogeneous)
+
     def add_frame(self, pose, length: float = 0.1, name: str = "frame") -> None:
         """Draw a coordinate frame, x red, y green, z blue, at `pose` (4x4 matrix or pinocchio.SE3)."""
         pose = pose_of("pose", pose)

@@ -98,6 +98,23 @@ def cylinder(radius: float, half_length: float, top_radius: float | None = None)
     return revolve(radii, heights, normals)
 
 
+def voxels(occupied: np.ndarray, side: float) -> NormalMesh:
+    """Return the outer faces of the occupied cells of a bool grid (x, y, z), cubes of `side` [m] from the origin on."""
+    padded = np.pad(occupied, 1)
+    points, normals = [], []
+    for axis in range(3):
+        u, v = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
+        for sign in (-1, 1):
+            bare = np.argwhere(padded & ~np.roll(padded, -sign, axis)) - 1.0
+            square = np.array([0 * u, u, u + v, v]) + (sign > 0) * np.eye(3)[axis]
+            points.append((bare[:, None] + square[::sign]).reshape(-1, 3))
+            normals.append(np.tile(sign * np.eye(3)[axis], (4 * len(bare), 1)))
+    points = side * np.concatenate(points)
+    first = 4 * np.arange(len(points) // 4)[:, None]
+    faces = np.concatenate([first + [0, 1, 2], first + [0, 2, 3]])
+    return NormalMesh(points, faces, np.concatenate(normals))
+
+
 def tube(points: np.ndarray, radius: float, segments: int = 10) -> NormalMesh:
     """Return a tube of `radius` [m] around the polyline `points` (n, 3), with round ends left open."""
     steps = np.diff(points, axis=0)
