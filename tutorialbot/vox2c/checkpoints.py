@@ -12,6 +12,11 @@ from tutorialbot.errors import BrokenFile
 from tutorialbot.vox2c.weights import write_then_rename
 
 
+def use_threads(count: int) -> None:
+    """Let torch use so many cores."""
+    torch.set_num_threads(count)
+
+
 def save(path: Path, model: torch.nn.Module, optimizer: torch.optim.Optimizer, header: dict, state: dict) -> None:
     """Write a checkpoint, so that `path` is never half of one; header and state are plain data (JSON)."""
     tensors = {f"model.{key}": tensor.detach().cpu().contiguous() for key, tensor in model.state_dict().items()}

@@ -4,7 +4,7 @@ IoU = cells that both call a collision / cells that either does. *Pooled*: both 
 mean*: the mean of each scene's own IoU, 1 where neither has a collision. The paper does not say which it means.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +13,9 @@ from tutorialbot.errors import InvalidValue
 from tutorialbot.seeding import make_rng
 from tutorialbot.vox2c import labels
 from tutorialbot.vox2c.arm import DOMAIN
+from tutorialbot.vox2c.grids import voxelize
 from tutorialbot.vox2c.linkframe_kernels import posterior_boxes
-from tutorialbot.vox2c.scenes import SIDES, BoxScene
+from tutorialbot.vox2c.scenes import SIDES, BoxScene, random_scene
 
 BINS = 200  # of probability: thresholds are multiples of 1 / BINS
 
@@ -109,6 +110,20 @@ def ceiling(scene: BoxScene, size: int, resolution_deg: float, samples: int = 64
         boxes = np.column_stack([(lows + highs) / 2 + origin, highs - lows])
         found = found + labels.exact_cspace(BoxScene(boxes), resolution_deg)
     return found / samples
+
+
+def labelled(
+    seeds: Iterable[int], source: str, size: int, kind: str, resolution_deg: float
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield voxels and C-space of random scenes, one for each seed; `kind` as in labels.KINDS, `source` as in grids."""
+    for seed in seeds:
+        scene = random_scene(seed)
+        voxels = voxelize(scene, source, size)
+        exact = kind == "exact"
+        yield (
+            voxels,
+            labels.exact_cspace(scene, resolution_deg) if exact else labels.octree_cspace(voxels, resolution_deg),
+        )
 
 
 def measure(predict: Callable, scenes: Iterable[tuple[np.ndarray, np.ndarray]], resolution_deg: float) -> Tally:

@@ -1,7 +1,7 @@
 """The link-frame predictor: a small network that looks at the voxels from each bar's own frame, at any resolution.
 
-What the paper's network has to learn, where in the grid a bar lies at each posture, is known from the arm's geometry and
-is not learned here. For one posture and one bar:
+Where in the grid a bar lies at each posture is known from the arm's geometry; the paper's network has to learn it, this
+one has not. For one posture and one bar:
 
 1. *Cull.* The bar's footprint, one word of bits for each row of voxels, is compared with the occupied rows. A bar that
    touches no occupied voxel is free; most are. From full boxes this is exact, for every point of a box lies in an

@@ -20,6 +20,7 @@ from tutorialbot.vox2c.scenes import BoxScene, random_scene
 
 TRAINING, VALIDATION, EVALUATION = 1_000_000_000, 2_000_000_000, 3_000_000_000
 SPAN = 10_000_000  # seeds of one training run
+KEPT = 10_000  # scenes in memory: those beyond the fresh ones come from the latest so many
 GROUP = 16  # postures of one scene that are looked at together
 DRAWN = (96, 384)  # postures of link 2 and of link 3 drawn in a scene, before the cull
 
@@ -34,7 +35,7 @@ class Settings:
     seed: int = 0
     steps: int = 2000
     scenes: int = 128  # in a step
-    fresh: int = 128  # of these, how many are new; the others were seen before (cameras are slow)
+    fresh: int = 64  # of these, how many are new; the others were seen before
     rate: float = 3e-3
     decay: float = 1e-4
     start: str = ""  # weights to begin with
@@ -94,23 +95,22 @@ def _grouped(found: list) -> tuple[Tensor, Tensor, Tensor, Tensor]:
 
 
 class Scenes:
-    """The scenes of a run with their voxels, drawn or read as they are asked for, the read layers packed in memory."""
+    """The scenes of a run with their voxels by number, drawn when asked for; the latest KEPT stay in memory."""
 
     def __init__(self, settings: Settings):
         self.settings = settings
         self.base = TRAINING + settings.seed * SPAN
-        self._kept: list[bytes] = []
+        self._kept: dict[int, tuple[BoxScene, np.ndarray]] = {}
 
     def __getitem__(self, i: int) -> tuple[BoxScene, np.ndarray]:
-        scene = random_scene(self.base + i)
         size = self.settings.design.size
-        if self.settings.source == "raster":
-            return scene, voxelize(scene, "raster", size)
-        while len(self._kept) <= i:
-            shell = voxelize(random_scene(self.base + len(self._kept)), self.settings.source, size)
-            self._kept.append(np.packbits(shell).tobytes())
-        bits = np.unpackbits(np.frombuffer(self._kept[i], dtype=np.uint8), count=size**3)
-        return scene, bits.reshape(size, size, size).astype(bool)
+        if i not in self._kept:
+            scene = random_scene(self.base + i)
+            voxels = voxelize(scene, self.settings.source, size)
+            self._kept[i] = scene, np.packbits(voxels)
+            self._kept.pop(i - KEPT, None)
+        scene, bits = self._kept[i]
+        return scene, np.unpackbits(bits, count=size**3).reshape(size, size, size).astype(bool)
 
 
 def sample(settings: Settings, scenes: Scenes, step: int) -> Sample:
@@ -118,7 +118,8 @@ def sample(settings: Settings, scenes: Scenes, step: int) -> Sample:
     rng = make_rng(settings.seed, 5, step)
     seen = step * settings.fresh
     chosen = [*range(seen, seen + settings.fresh)]
-    chosen += [int(i) for i in rng.integers(0, seen + settings.fresh, settings.scenes - settings.fresh)]
+    oldest = max(0, seen + settings.fresh - KEPT)
+    chosen += [int(i) for i in rng.integers(oldest, seen + settings.fresh, settings.scenes - settings.fresh)]
     slabs, links = [], ([], [])
     first, end = settings.design.layers
     for i in chosen:
@@ -130,5 +131,3 @@ def sample(settings: Settings, scenes: Scenes, step: int) -> Sample:
         for found, judged in zip(links, judged_poses(settings, scene, voxels, rng), strict=True):
             found.append(judged)
     return Sample(torch.from_numpy(np.array(slabs, dtype=np.float32)), tuple(_grouped(found) for found in links))
-
-

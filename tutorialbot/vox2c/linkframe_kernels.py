@@ -81,7 +81,7 @@ def occupied_words(voxels, first, last):
 
 @compiled
 def touching(words, spans, occupied, skipped):
-    """Return the poses (k, j) of a footprint table that touch an occupied voxel, (q, 2); rows k skipped are left out."""
+    """Return the poses (k, j) of a footprint table that touch an occupied voxel, (q, 2), but for the rows k skipped."""
     m, n = spans.shape[0], spans.shape[1]
     found = np.empty((m * n, 2), dtype=np.int32)
     q = 0
@@ -100,7 +100,7 @@ def touching(words, spans, occupied, skipped):
 
 @compiled
 def feature_maps(voxels, first, w1, b1, w2, b2, pad):
-    """Return maps (links, size + 2 pad, size + 2 pad, c) of a grid: two 3 x 3 convolutions in the plane, a ReLU between.
+    """Return maps (links, size + 2 pad, size + 2 pad, c) of a grid: 3 x 3 convolution in the plane, ReLU, another.
 
     The layers along y from `first` on are the first convolution's inputs: w1 (layers, 3, 3, f), b1 (f,), then
     w2 (3, 3, f, links, c), b2 (links, c). Outside the grid the voxels, the values between and the maps are zero.
@@ -157,7 +157,10 @@ def pose_features(maps, poses, points, cell, pad, found):
             w00, w01, w10, w11 = (1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v
             for j in range(c):
                 found[q, p * c + j] = (
-                    w00 * maps[i, k, j] + w01 * maps[i, k + 1, j] + w10 * maps[i + 1, k, j] + w11 * maps[i + 1, k + 1, j]
+                    w00 * maps[i, k, j]
+                    + w01 * maps[i, k + 1, j]
+                    + w10 * maps[i + 1, k, j]
+                    + w11 * maps[i + 1, k + 1, j]
                 )
         end = len(points) * c
         found[q, end], found[q, end + 1] = s, t

@@ -6,13 +6,22 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from tutorialbot.vox2c import checkpoints, evaluation, linkframe
+from tutorialbot.errors import BrokenFile
+from tutorialbot.runs import RunRecord
+from tutorialbot.vox2c import checkpoints, evaluation, linkframe, weights
 from tutorialbot.vox2c.arm import DOMAIN
-from tutorialbot.vox2c.linkframe_data import Sample, Scenes, Settings, sample
+from tutorialbot.vox2c.checkpoints import use_threads  # noqa: F401 - for whoever trains
+from tutorialbot.vox2c.linkframe_data import VALIDATION, Sample, Scenes, Settings, sample
+
+WARM = 50  # steps until the learning rate is at its full height
+EVERY = 100  # steps between checkpoints
+VALIDATED = 1000  # scenes on which the threshold is chosen ...
+RESOLUTION = 5  # ... at this resolution [deg]
 
 
 class LinkFrameNet(nn.Module):
@@ -63,3 +72,97 @@ def step_loss(model: LinkFrameNet, data: Sample) -> Tensor:
         total = total + functional.binary_cross_entropy_with_logits(logits, truth, weight, reduction="sum")
         count += float(weight.sum())
     return total / max(count, 1.0)
+
+
+SHELL = linkframe.Design(outset=0.02, spread=1)
+PRESETS = {
+    "linkframe-raster": Settings(linkframe.Design()),
+    "linkframe-shell": Settings(SHELL, source="cameras", start="linkframe-raster", rate=1.5e-3, steps=1200),
+    "linkframe-raster64": Settings(linkframe.Design(size=64), steps=1000),
+    "linkframe-octree": Settings(SHELL, kind="octree", steps=300),
+}
+
+
+@dataclass(frozen=True)
+class Report:
+    """Where a training stands: steps done, the mean cross entropy since the last report, seconds of the whole run."""
+
+    step: int
+    loss: float
+    seconds: float
+
+
+def begin(settings: Settings) -> LinkFrameNet:
+    """Return the network before the first step: random by the seed, or the weights that `settings.start` names."""
+    with torch.random.fork_rng():
+        torch.manual_seed(settings.seed)
+        model = LinkFrameNet(settings.design)
+    if settings.start:
+        stored = weights.load(settings.start)
+        weights.check_shapes(settings.start, stored.tensors, settings.design.shapes())
+        model.load_state_dict({key: torch.from_numpy(tensor) for key, tensor in stored.tensors.items()})
+    return model
+
+
+def rate(settings: Settings, step: int) -> float:
+    """Return the learning rate at a step: up over WARM steps, then down a half cosine."""
+    fall = 0.5 * (1.0 + math.cos(math.pi * step / settings.steps))
+    return settings.rate * min(1.0, (step + 1) / WARM) * fall
+
+
+def train(settings: Settings, folder: Path, *, fresh: bool = False) -> Iterator[Report]:
+    """Train a link-frame predictor, with a checkpoint in `folder` at every report; yields the reports.
+
+    Goes on where the folder's checkpoint stands (its reports come first), unless `fresh`; the result is the same, bit
+    for bit, as of a run without interruption. Raises BrokenFile for a damaged checkpoint, or one of other settings.
+    """
+    model, scenes, path = begin(settings), Scenes(settings), folder / "last.safetensors"
+    optimizer = torch.optim.AdamW(model.parameters(), lr=settings.rate, weight_decay=settings.decay)
+    reports: list[Report] = []
+    if not fresh and path.exists():
+        reports = [Report(**one) for one in checkpoints.restore(path, model, optimizer, asdict(settings))["reports"]]
+        yield from reports
+    done, before = (reports[-1].step, reports[-1].seconds) if reports else (0, 0.0)
+    start = time.monotonic()
+    while done < settings.steps:
+        end, losses = min(done + EVERY, settings.steps), []
+        for step in range(done, end):
+            for group in optimizer.param_groups:
+                group["lr"] = rate(settings, step)
+            loss = step_loss(model, sample(settings, scenes, step))
+            optimizer.zero_grad()
+            loss.backward()
+            optimizer.step()
+            losses.append(loss.item())
+        done = end
+        reports.append(Report(done, sum(losses) / len(losses), before + time.monotonic() - start))
+        checkpoints.save(path, model, optimizer, asdict(settings), {"reports": [asdict(one) for one in reports]})
+        yield reports[-1]
+
+
+def trained(settings: Settings, folder: Path) -> tuple[dict[str, np.ndarray], list[Report]]:
+    """Return the tensors of a finished run and its reports; raises BrokenFile when the folder holds none."""
+    model = LinkFrameNet(settings.design)
+    optimizer = torch.optim.AdamW(model.parameters())
+    state = checkpoints.restore(folder / "last.safetensors", model, optimizer, asdict(settings))
+    reports = [Report(**one) for one in state["reports"]]
+    if not reports or reports[-1].step < settings.steps:
+        raise BrokenFile(f"{folder}: the training is not finished: {settings.steps} steps expected")
+    return {key: tensor.numpy() for key, tensor in model.state_dict().items()}, reports
+
+
+def finish(name: str, settings: Settings, folder: Path, command: str, to: Path = weights.FOLDER) -> Path:
+    """Choose the threshold on VALIDATION scenes, store weights and record as `name`, and return the weights' path."""
+    tensors, reports = trained(settings, folder)
+    half = {key: tensor.astype(np.float16).astype(np.float32) for key, tensor in tensors.items()}
+    predictor = linkframe.Predictor(name, settings.design, half)
+    seeds = range(VALIDATION, VALIDATION + VALIDATED)
+    scenes = evaluation.labelled(seeds, settings.source, settings.design.size, settings.kind, RESOLUTION)
+    found = evaluation.measure(predictor.predict, scenes, RESOLUTION)
+    threshold = found.best_threshold()
+    training = {key: value for key, value in asdict(settings).items() if key != "design"}
+    values = {"network": linkframe.NETWORK, "settings": asdict(settings.design), "training": training}
+    values |= {"threshold": threshold, "parameters": predictor.parameters, "curve": [asdict(one) for one in reports]}
+    values |= {"validation": asdict(found.iou(threshold)), "validation_half": asdict(found.iou(0.5))}
+    record = RunRecord(name, command, settings.seed, "paper", reports[-1].seconds, values, weights.training_versions())
+    return weights.save(tensors, record, to)

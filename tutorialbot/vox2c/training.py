@@ -16,6 +16,7 @@ from tutorialbot.errors import InvalidValue, one_of, positive, whole_number
 from tutorialbot.runs import RunRecord, progress
 from tutorialbot.seeding import make_rng
 from tutorialbot.vox2c import checkpoints, evaluation, network, weights
+from tutorialbot.vox2c.checkpoints import use_threads  # noqa: F401 - for whoever trains
 from tutorialbot.vox2c.labels import KINDS, cells
 
 REGULAR = 10  # the regularizer is reckoned at every tenth step, tenfold: it changes slowly and costs a tenth
@@ -86,6 +87,14 @@ class Pairs:
         voxels = np.unpackbits(self.voxels[rows], axis=1, count=size**3).reshape(-1, 1, size, size, size)
         truth = np.unpackbits(self.labels[rows], axis=1, count=n * n).reshape(-1, n, n)
         return tuple(torch.from_numpy(array).to(device).float() for array in (voxels, truth))
+
+
+def made_pairs(settings: Settings, first: int) -> Pairs:
+    """Return pairs of `settings.scenes` random scenes, seeds from `first` on, made here and now."""
+    seeds = range(first, first + settings.scenes)
+    scenes = evaluation.labelled(seeds, settings.source, network.SIZE, settings.kind, settings.resolution_deg)
+    rows = [[np.packbits(voxels), np.packbits(truth)] for voxels, truth in scenes]
+    return Pairs(np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), settings.resolution_deg)
 
 
 @dataclass(frozen=True)
@@ -216,9 +225,9 @@ def train(
     """Train the paper's network round by round, with a checkpoint in `folder` after each; yields what each came to.
 
     Goes on where the folder's last checkpoint stands (those rounds are yielded first), unless `fresh`; on the CPU the
-    result is the same, bit for bit, as of a run without interruption. Stops after `minutes` of this call, to be resumed,
-    and at the end of `Settings.epochs` or of `Settings.patience`. Raises BrokenFile for a checkpoint that is damaged
-    or belongs to other settings, InvalidValue for pairs that are not what the settings say.
+    result is the same, bit for bit, as of a run without interruption. Stops after `minutes` of this call, to be
+    resumed, and at the end of `Settings.epochs` or of `Settings.patience`. Raises BrokenFile for a checkpoint that is
+    damaged or belongs to other settings, InvalidValue for pairs that are not what the settings say.
     """
     run = Run(pairs, settings, folder, default_device())
     if not fresh and (folder / "last.safetensors").exists():

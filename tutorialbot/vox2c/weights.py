@@ -53,7 +53,7 @@ def write_then_rename(path: Path, content: bytes) -> None:
 
 
 def save(tensors: dict[str, np.ndarray], record: RunRecord, folder: Path = FOLDER, *, half: bool = True) -> Path:
-    """Write `tensors` (as float16 when `half`, else float32) and `record` with their checksum; return the weights' path.
+    """Write `tensors` (float16 when `half`, else float32) and `record` with their checksum; return the weights' path.
 
     Both files carry the record's name. Raises InvalidValue for tensors that are not finite once stored.
     """
@@ -107,6 +107,5 @@ def check_shapes(name: str, tensors: dict[str, np.ndarray], expected: dict[str, 
     wrong = sorted(key for key in expected.keys() | found.keys() if expected.get(key) != found.get(key))
     if wrong:
         key = wrong[0]
-        raise BrokenFile(
-            f"weights {name!r}: tensor {key} has shape {found.get(key, 'nothing')}, expected {expected.get(key, 'nothing')}"
-        )
+        shapes = [found.get(key, "nothing"), expected.get(key, "nothing")]
+        raise BrokenFile(f"weights {name!r}: tensor {key} has shape {shapes[0]}, expected {shapes[1]}")
