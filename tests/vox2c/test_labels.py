@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tutorialbot.errors import InvalidType, InvalidValue
-from tutorialbot.vox2c import grids, labels
+from tutorialbot.vox2c import grids, kernels, labels
 from tutorialbot.vox2c.scenes import BoxScene, random_scene
 
 RESOLUTIONS = (1, 5, 10)
@@ -124,15 +124,17 @@ def test_turns_do_not_matter():
     np.testing.assert_array_equal(labels.collides(scene, q), labels.collides(scene, turned))
 
 
-def test_merged_voxels_are_the_same_solid():
-    voxels = np.random.default_rng(8).random((16, 16, 16)) < 0.3
-    low, high = labels.voxel_boxes(voxels)
-    assert len(low) < voxels.sum()
-    assert np.prod(high - low, axis=1).sum() == pytest.approx(voxels.sum() * (2.3 / 16) ** 3)
-    centres = np.argwhere(np.ones_like(voxels)).reshape(-1, 3)
-    points = np.array([-1.15, -1.15, 0.0]) + (centres + 0.5) * 2.3 / 16
-    inside = [((low < p) & (p < high)).all(axis=1).any() for p in points]
-    np.testing.assert_array_equal(inside, voxels.ravel())
+def test_merged_cells_tile_what_is_filled():
+    rng = np.random.default_rng(8)
+    for share in (0.0, 0.1, 0.5, 0.9, 1.0):
+        filled = rng.random((13, 13)) < share
+        counted = np.zeros(filled.shape, int)
+        found = kernels.merged(filled)
+        for x, z, end_x, end_z in found:
+            counted[x:end_x, z:end_z] += 1
+        np.testing.assert_array_equal(counted, filled)
+        assert len(found) <= filled.sum()
+    assert len(found) == 1
 
 
 @pytest.mark.parametrize("resolution", [7, 0, -5, np.nan, 0.01, 400, "5", None, True])

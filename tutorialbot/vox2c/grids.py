@@ -21,14 +21,20 @@ def voxelize(scene: BoxScene, source: str = "cameras", size: int = 32, *, q=UPRI
     "raster": every voxel that a box enters, hidden ones too; q changes nothing. Raises InvalidType or InvalidValue.
     """
     one_of("source", source, SOURCES)
-    if whole_number("size", size, 1) > LARGEST:
-        raise InvalidValue("size", size, f"at most {LARGEST} voxels along a side")
+    check_size(size)
     q = finite_array("q", q, (2,))
     if not isinstance(scene, BoxScene):
         raise InvalidType("scene", scene, "a scenes.BoxScene")
     if source == "raster":
         return _raster(scene, size)
     return _of_points(_SEE[source](scene, q), size)
+
+
+def check_size(size: int) -> int:
+    """Return `size`, the voxels along a side, or raise InvalidType or InvalidValue."""
+    if whole_number("size", size, 1) > LARGEST:
+        raise InvalidValue("size", size, f"at most {LARGEST} voxels along a side")
+    return size
 
 
 def point_cloud(scene: BoxScene, *, q=UPRIGHT, source: str = "cameras") -> np.ndarray:

@@ -39,6 +39,33 @@ def rectangles(low, high, slab_low, slab_high, x, z):
 
 
 @compiled
+def merged(filled):
+    """Return rectangles (k, 4) of cells (first x, first z, beyond the last x, beyond the last z) that together are the
+    filled cells of a map (x, z): runs along x, and equal runs of neighbouring rows as one.
+    """
+    left = filled.copy()
+    found = np.empty((filled.size, 4), dtype=np.int64)
+    k = 0
+    for j in range(left.shape[1]):
+        i = 0
+        while i < left.shape[0]:
+            if not left[i, j]:
+                i += 1
+                continue
+            end = i
+            while end < left.shape[0] and left[end, j]:
+                end += 1
+            top = j + 1
+            while top < left.shape[1] and left[i:end, top].all():
+                top += 1
+            left[i:end, j:top] = False
+            found[k] = i, j, end, top
+            k += 1
+            i = end
+    return found[:k]
+
+
+@compiled
 def _meets(x, z, half_x, half_z, s, c, bar):
     """Say whether a bar of direction (s, c) from the origin meets a rectangle around (x, z)."""
     middle, length, width = bar[1], bar[2], bar[3]
@@ -117,6 +144,23 @@ def cspace(second, third, tables, bar):
                 m = j - k if j >= k else j - k + n
                 if not found[k, m] and _meets(x, z, half_x, half_z, tables[2, j], tables[3, j], bar):
                     found[k, m] = True
+    return found
+
+
+@compiled
+def united(voxels, entries, masks):
+    """Return the union (words,) of the masks (k, words) of 64-bit words whose entry has an occupied voxel.
+
+    entries (k, 4): index along x, first layer along y, one beyond the last, index along z.
+    """
+    found = np.zeros(masks.shape[1], dtype=np.uint64)
+    for e in range(len(entries)):
+        x, first, last, z = entries[e]
+        for y in range(first, last):
+            if voxels[x, y, z]:
+                for w in range(masks.shape[1]):
+                    found[w] |= masks[e, w]
+                break
     return found
 
 

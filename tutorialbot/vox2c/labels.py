@@ -30,6 +30,7 @@ from tutorialbot.vox2c.scenes import BoxScene
 KINDS = ("exact", "octree")
 FINEST = 0.1  # finer grids than this fill the memory [deg]
 SIZES = (1, 256)  # of a voxel grid
+TOUCH = 1e-9  # layers that enter a slab by less than this do not count [m]: rounding
 
 
 # -- grids of angles -----------------------------------------------------------------------------------------------
@@ -51,7 +52,7 @@ def angles(resolution_deg: float) -> np.ndarray:
 
 
 @lru_cache(maxsize=8)
-def _tables(n: int) -> np.ndarray:
+def tables(n: int) -> np.ndarray:
     """Sine and cosine (4, n) of theta1 and of phi, as kernels.cspace takes them."""
     theta1, phi = 2 * np.pi * (np.arange(n) / n - 0.5), 2 * np.pi * np.arange(n) / n
     return np.array([np.sin(theta1), np.cos(theta1), np.sin(phi), np.cos(phi)])
@@ -77,7 +78,7 @@ def exact_cspace(scene: BoxScene, resolution_deg: float) -> np.ndarray:
     Axis 0 is theta1, axis 1 theta2; cell k is the angle -180 + k * resolution_deg degrees itself, not an interval.
     Exact at these angles. Raises InvalidValue when the resolution does not divide 360 degrees.
     """
-    return kernels.cspace(*_rectangles(*_scene(scene).corners), _tables(cells(resolution_deg)), BAR)
+    return kernels.cspace(*_rectangles(*_scene(scene).corners), tables(cells(resolution_deg)), BAR)
 
 
 def collides(scene: BoxScene, q) -> np.ndarray:
@@ -90,11 +91,10 @@ def collides(scene: BoxScene, q) -> np.ndarray:
 
 def state_test(scene: BoxScene) -> Callable[[float, float], bool]:
     """Return a function (theta1, theta2) [rad] -> bool that says whether the arm collides; for planners, unchecked."""
-    return _state_test(*_scene(scene).corners)
+    return _state_test(*_rectangles(*_scene(scene).corners))
 
 
-def _state_test(low: np.ndarray, high: np.ndarray) -> Callable[[float, float], bool]:
-    second, third = _rectangles(low, high)
+def _state_test(second: np.ndarray, third: np.ndarray) -> Callable[[float, float], bool]:
     test = kernels.collides
     return lambda theta1, theta2: test(second, third, theta1, theta2, BAR)
 
@@ -125,19 +125,27 @@ def check_voxels(voxels, size: int | None = None) -> np.ndarray:
     return array
 
 
-def voxel_boxes(voxels) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and the highest corner, each (k, 3) [m], of boxes that together are the occupied voxels.
+def slab_layers(size: int, slab: tuple[float, float], inset: float = 0.0) -> tuple[int, int]:
+    """Return the first layer along y, and one beyond the last, whose voxels enter a slab.
 
-    Neighbours along x are one box: the same solid in fewer pieces.
+    The voxels are smaller by `inset` [m] on every face. Merely touching does not count.
     """
-    voxels = check_voxels(voxels)
-    n, origin = len(voxels), np.array(DOMAIN[0])
-    side = (DOMAIN[1][0] - DOMAIN[0][0]) / n
-    edges = np.diff(np.pad(voxels, ((1, 1), (0, 0), (0, 0))).astype(np.int8), axis=0)
-    lines = edges.transpose(1, 2, 0)  # along the last axis a run begins at +1 and ends at -1
-    first, last = np.argwhere(lines == 1), np.argwhere(lines == -1)
-    low, high = first[:, [2, 0, 1]], np.column_stack([last[:, 2], first[:, :2] + 1])
-    return origin + side * low, origin + side * high
+    side = (DOMAIN[1][0] - DOMAIN[0][0]) / size
+    low = DOMAIN[0][1] + side * np.arange(size) + inset
+    enter = np.flatnonzero((low < slab[1] - TOUCH) & (low + side - 2 * inset > slab[0] + TOUCH))
+    return (int(enter[0]), int(enter[-1]) + 1) if len(enter) else (0, 0)
+
+
+def _voxel_rectangles(voxels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What the bars of either slab can meet, in few pieces: within a slab only x and z matter."""
+    x, _, z = JOINT_1
+    side, found = (DOMAIN[1][0] - DOMAIN[0][0]) / len(voxels), []
+    for slab in SLABS:
+        first, last = slab_layers(len(voxels), slab)
+        cells = side * kernels.merged(voxels[:, first:last].any(axis=1))
+        centres = (cells[:, :2] + cells[:, 2:]) / 2 + [DOMAIN[0][0] - x, DOMAIN[0][2] - z]
+        found.append(np.hstack([centres, (cells[:, 2:] - cells[:, :2]) / 2]))
+    return tuple(found)
 
 
 def octree_cspace(voxels, resolution_deg: float) -> np.ndarray:
@@ -146,17 +154,18 @@ def octree_cspace(voxels, resolution_deg: float) -> np.ndarray:
     The paper's labels: what an octree of these voxels answers at every posture, computed as boxes (a test holds it to
     coal's octree). Conventions and errors as of `exact_cspace`; a grid that is no binary cube is refused.
     """
-    return kernels.cspace(*_rectangles(*voxel_boxes(voxels)), _tables(cells(resolution_deg)), BAR)
+    n = cells(resolution_deg)
+    return kernels.cspace(*_voxel_rectangles(check_voxels(voxels)), tables(n), BAR)
 
 
 def octree_collides(voxels, q) -> np.ndarray:
     """Return for each configuration of q (k, 2) [rad] whether the arm collides with an occupied voxel: bool (k,)."""
-    return kernels.collide(*_rectangles(*voxel_boxes(voxels)), configurations(q), BAR)
+    return kernels.collide(*_voxel_rectangles(check_voxels(voxels)), configurations(q), BAR)
 
 
 def octree_state_test(voxels) -> Callable[[float, float], bool]:
     """Return a function (theta1, theta2) [rad] -> bool, True on an occupied voxel; for planners, unchecked."""
-    return _state_test(*voxel_boxes(voxels))
+    return _state_test(*_voxel_rectangles(check_voxels(voxels)))
 
 
 # -- references in coal --------------------------------------------------------------------------------------------
