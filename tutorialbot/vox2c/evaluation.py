@@ -4,6 +4,7 @@ IoU = cells that both call a collision / cells that either does. *Pooled*: both 
 mean*: the mean of each scene's own IoU, 1 where neither has a collision. The paper does not say which it means.
 """
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
@@ -51,7 +52,7 @@ class Tally:
         pooled, error = ratio(intersection, union)
         own = np.where(union > 0, intersection / np.maximum(union, 1), 1.0)
         n = len(own)
-        return Iou(threshold, pooled, error, float(own.mean()), float(own.std(ddof=1) / np.sqrt(n)), n)
+        return Iou(threshold, pooled, error, float(own.mean()), _spread((own - own.mean()) / n), n)
 
     def best_threshold(self) -> float:
         """Return the threshold with the best pooled IoU."""
@@ -60,11 +61,16 @@ class Tally:
 
 
 def ratio(intersection: np.ndarray, union: np.ndarray) -> tuple[float, float]:
-    """Return sum(intersection) / sum(union) and its standard error over scenes (the ratio estimator's)."""
-    n, total = len(union), union.sum()
-    value = intersection.sum() / max(total, 1)
-    residual = intersection - value * union
-    return float(value), float(np.sqrt(n / (n - 1) * (residual**2).sum()) / max(total, 1))
+    """Return sum(intersection) / sum(union) and its standard error over scenes (the ratio estimator's, NaN for one)."""
+    total = max(union.sum(), 1)
+    value = intersection.sum() / total
+    return float(value), _spread((intersection - value * union) / total)
+
+
+def _spread(parts: np.ndarray) -> float:
+    """Return the standard error of the sum of `parts` (scenes,), whose expected values are zero."""
+    n = len(parts)
+    return float(np.sqrt(n / (n - 1) * (parts**2).sum())) if n > 1 else math.nan
 
 
 def paired_difference(first: Tally, second: Tally, thresholds: tuple[float, float]) -> tuple[float, float]:
@@ -77,8 +83,7 @@ def paired_difference(first: Tally, second: Tally, thresholds: tuple[float, floa
     if n != len(v):
         raise InvalidValue("second", f"{len(v)} scenes", f"the same {n} scenes")
     p, q = a.sum() / u.sum(), b.sum() / v.sum()
-    residual = (a - p * u) / u.sum() - (b - q * v) / v.sum()
-    return float(p - q), float(np.sqrt(n / (n - 1) * (residual**2).sum()))
+    return float(p - q), _spread((a - p * u) / u.sum() - (b - q * v) / v.sum())
 
 
 def tally(pairs: Iterable[tuple[np.ndarray, np.ndarray]]) -> Tally:

@@ -42,7 +42,7 @@ class Design:
 
     size: int = 32  # voxels along a side of the grid
     below: float = 0.36  # how far along y the layers reach that are read, below and above the arm's slabs [m]
-    filters: int = 12  # of the first convolution
+    filters: int = 16  # of the first convolution
     maps: int = 4  # for each link
     hidden: tuple[int, int] = (64, 32)  # units of the perceptron's layers
     along: tuple[float, float, int] = (-0.10, 0.55, 11)  # sampled points in a bar's frame: from, to, how many [m]
@@ -160,8 +160,8 @@ class Predictor:
         self._convolutions = (
             np.ascontiguousarray(arrays["conv1.weight"].transpose(1, 2, 3, 0)),
             arrays["conv1.bias"],
-            np.ascontiguousarray(arrays["conv2.weight"].reshape(2, c, f, 3, 3).transpose(3, 4, 2, 0, 1)),
-            arrays["conv2.bias"].reshape(2, c),
+            np.ascontiguousarray(arrays["conv2.weight"].transpose(2, 3, 1, 0)).reshape(3, 3 * f, 2 * c),
+            arrays["conv2.bias"],
         )
         self._perceptrons = [
             [
@@ -179,7 +179,15 @@ class Predictor:
 
     def maps(self, voxels: np.ndarray) -> np.ndarray:
         """Return the feature maps (2, size + 2 PAD, size + 2 PAD, maps) of a checked grid."""
-        return kernels.feature_maps(voxels, self.design.layers[0], *self._convolutions, PAD)
+        w1, b1, w2, b2 = self._convolutions
+        size, c = self.design.size, self.design.maps
+        hidden = kernels.first_convolution(voxels, self.design.layers[0], w1, b1)
+        windows = np.lib.stride_tricks.sliding_window_view(hidden.reshape(size + 2, -1), w2.shape[1], axis=1)
+        windows = windows[:, :: len(b1)]  # (size + 2, size, 3 f): a row's three neighbours along z lie side by side
+        total = sum(windows[d : d + size].reshape(size * size, -1) @ w2[d] for d in range(3)) + b2
+        found = np.zeros((2, size + 2 * PAD, size + 2 * PAD, c), dtype=np.float32)
+        found[:, PAD:-PAD, PAD:-PAD] = total.reshape(size, size, 2, c).transpose(2, 0, 1, 3)
+        return found
 
     def judge(self, link: int, maps: np.ndarray, poses: np.ndarray) -> np.ndarray:
         """Return the probability (q,) that a link collides at poses (q, 3): joint x, z [m, from the corner], angle."""

@@ -99,42 +99,30 @@ def touching(words, spans, occupied, skipped):
 
 
 @compiled
-def feature_maps(voxels, first, w1, b1, w2, b2, pad):
-    """Return maps (links, size + 2 pad, size + 2 pad, c) of a grid: 3 x 3 convolution in the plane, ReLU, another.
+def first_convolution(voxels, first, weights, biases):
+    """Return relu(3 x 3 convolution) of a grid in the plane, (size + 2, size + 2, f) with a border of zeros.
 
-    The layers along y from `first` on are the first convolution's inputs: w1 (layers, 3, 3, f), b1 (f,), then
-    w2 (3, 3, f, links, c), b2 (links, c). Outside the grid the voxels, the values between and the maps are zero.
+    Its inputs are the layers along y from `first` on: weights (layers, 3, 3, f), biases (f,). Most voxels are empty, so
+    each occupied one adds its share to its neighbours.
     """
-    size, layers, f = len(voxels), len(w1), len(b1)
-    links, c = b2.shape
-    hidden = np.zeros((size + 2, size + 2, f), dtype=np.float32)
-    hidden[1:-1, 1:-1] = b1
+    size, layers, f = len(voxels), len(weights), np.uint64(len(biases))
+    found = np.zeros((size + 2, size + 2, len(biases)), dtype=np.float32)
+    found[1:-1, 1:-1] = biases
     for i in range(size):
         for y in range(layers):
             for k in range(size):
                 if voxels[i, first + y, k]:
                     for di in range(3):
                         for dk in range(3):
+                            to, share = found[i + 2 - di, k + 2 - dk], weights[y, di, dk]
                             for h in range(f):
-                                hidden[i + 2 - di, k + 2 - dk, h] += w1[y, di, dk, h]
-    hidden[0], hidden[-1] = 0.0, 0.0
-    hidden[:, 0], hidden[:, -1] = 0.0, 0.0
-    hidden = np.maximum(hidden, np.float32(0.0))
-    maps = np.zeros((links, size + 2 * pad, size + 2 * pad, c), dtype=np.float32)
-    total = np.empty((links, c), dtype=np.float32)
-    for i in range(size):
-        for k in range(size):
-            total[:] = b2
-            for di in range(3):
-                for dk in range(3):
-                    for h in range(f):
-                        value = hidden[i + di, k + dk, h]
-                        if value > 0.0:
-                            for link in range(links):
-                                for j in range(c):
-                                    total[link, j] += value * w2[di, dk, h, link, j]
-            maps[:, i + pad, k + pad] = total
-    return maps
+                                to[h] += share[h]
+    for i in range(size + 2):
+        for k in range(size + 2):
+            inside = 0 < i <= size and 0 < k <= size
+            for h in range(f):
+                found[i, k, h] = max(found[i, k, h], np.float32(0.0)) if inside else np.float32(0.0)
+    return found
 
 
 @compiled
@@ -144,31 +132,39 @@ def pose_features(maps, poses, points, cell, pad, found):
     maps (m, m, c) is sampled bilinearly at the p points (along, across) [m] of the link's frame; then come ten terms of
     the pose: sine and cosine of one, two and four times the angle, and where in its voxel the joint lies.
     """
-    c = maps.shape[2]
+    side, c = maps.shape[1], maps.shape[2]
+    flat = maps.reshape(-1)
+    row = np.uint64(side * c)
     for q in range(len(poses)):
         x, z, angle = poses[q, 0], poses[q, 1], poses[q, 2]
         s, t = math.sin(angle), math.cos(angle)
+        base_u, base_v = x / cell - 0.5 + pad, z / cell - 0.5 + pad
+        s_cell, t_cell = s / cell, t / cell
+        filled = found[q]
         for p in range(len(points)):
-            along, across = points[p, 0], points[p, 1]
-            u = (x + along * s + across * t) / cell - 0.5 + pad
-            v = (z + along * t - across * s) / cell - 0.5 + pad
-            i, k = int(u), int(v)
+            u = base_u + points[p, 0] * s_cell + points[p, 1] * t_cell
+            v = base_v + points[p, 0] * t_cell - points[p, 1] * s_cell
+            i, k = np.uint64(u), np.uint64(v)
             u, v = np.float32(u - i), np.float32(v - k)
-            w00, w01, w10, w11 = (1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v
-            for j in range(c):
-                found[q, p * c + j] = (
-                    w00 * maps[i, k, j]
-                    + w01 * maps[i, k + 1, j]
-                    + w10 * maps[i + 1, k, j]
-                    + w11 * maps[i + 1, k + 1, j]
+            w11 = u * v
+            w10, w01 = u - w11, v - w11
+            w00 = np.float32(1.0) - u - w01
+            at, to = i * row + k * np.uint64(c), np.uint64(p * c)
+            for j in range(np.uint64(c)):
+                low, high = at + j, at + row + j
+                filled[to + j] = (
+                    w00 * flat[low]
+                    + w01 * flat[low + np.uint64(c)]
+                    + w10 * flat[high]
+                    + w11 * flat[high + np.uint64(c)]
                 )
         end = len(points) * c
-        found[q, end], found[q, end + 1] = s, t
-        found[q, end + 2], found[q, end + 3] = 2 * s * t, t * t - s * s
-        found[q, end + 4], found[q, end + 5] = math.sin(4 * angle), math.cos(4 * angle)
+        filled[end], filled[end + 1] = s, t
+        filled[end + 2], filled[end + 3] = 2 * s * t, t * t - s * s
+        filled[end + 4], filled[end + 5] = math.sin(4 * angle), math.cos(4 * angle)
         phase_x, phase_z = 2 * math.pi * x / cell, 2 * math.pi * z / cell
-        found[q, end + 6], found[q, end + 7] = math.sin(phase_x), math.cos(phase_x)
-        found[q, end + 8], found[q, end + 9] = math.sin(phase_z), math.cos(phase_z)
+        filled[end + 6], filled[end + 7] = math.sin(phase_x), math.cos(phase_x)
+        filled[end + 8], filled[end + 9] = math.sin(phase_z), math.cos(phase_z)
 
 
 @compiled
