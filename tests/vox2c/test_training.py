@@ -96,3 +96,15 @@ def test_pairs_that_are_not_what_the_settings_say_are_refused(pairs, tmp_path):
         next(training.train(*pairs, replace(TINY, scenes=25), tmp_path))
     with pytest.raises(InvalidValue, match="pairs"):
         next(training.train(*pairs, replace(TINY, kind="octree"), tmp_path))
+
+
+def test_a_step_in_parts_is_the_same_step(pairs, tmp_path, monkeypatch):
+    found = []
+    for parts in (1, 3, 16):
+        monkeypatch.setitem(training.AT_ONCE, 5, parts)
+        run = training.Run(*pairs, TINY, tmp_path, torch.device("cpu"))
+        losses = [run.learn(step) for step in range(3)]
+        found.append((losses, run.model.decoder[0].weight.detach().clone()))
+    for losses, weight in found[1:]:
+        assert losses == pytest.approx(found[0][0], rel=1e-4)
+        assert torch.allclose(weight, found[0][1], atol=2e-4)

@@ -76,10 +76,11 @@ def step_loss(model: LinkFrameNet, data: Sample) -> Tensor:
 
 
 SHELL = linkframe.Design(outset=0.02, spread=1)
+FINE = linkframe.Design(size=64, along=(-0.075, 0.525, 13), across=(-0.075, 0.075, 6))
 PRESETS = {
     "linkframe-raster": Settings(linkframe.Design()),
-    "linkframe-shell": Settings(SHELL, source="cameras", start="linkframe-raster", rate=1.5e-3, steps=1200),
-    "linkframe-raster64": Settings(linkframe.Design(size=64), steps=1000),
+    "linkframe-shell": Settings(SHELL, source="cameras", start="linkframe-raster", rate=1.5e-3, steps=700, fresh=32),
+    "linkframe-raster64": Settings(FINE, steps=900, scenes=64, fresh=32),
     "linkframe-octree": Settings(SHELL, kind="octree", steps=300),
 }
 

@@ -20,6 +20,7 @@ from tutorialbot.vox2c.checkpoints import use_threads  # noqa: F401 - for whoeve
 from tutorialbot.vox2c.labels import KINDS
 
 REGULAR = 10  # the regularizer is reckoned at every tenth step, tenfold: it changes slowly and costs a tenth
+AT_ONCE = {1: 4, 5: 16, 10: 32}  # scenes at once on the CPU, for less than 3 GB; the norms are each scene's own
 VALIDATION = 1000  # scenes of the validation split
 
 
@@ -125,6 +126,11 @@ class Run:
         """How many steps are done and on disk."""
         return self.rounds[-1].step if self.rounds else 0
 
+    @property
+    def at_once(self) -> int:
+        """How many scenes of a step go through the network together: on the CPU few where the C-space is large."""
+        return self.settings.batch if self.device.type == "cuda" else AT_ONCE[self.settings.resolution_deg]
+
     def autocast(self):
         """Mixed precision where there is CUDA, else nothing."""
         return torch.autocast("cuda", torch.bfloat16) if self.device.type == "cuda" else nullcontext()
@@ -140,25 +146,27 @@ class Run:
         settings, progressed = self.settings, step / self.steps
         for group in self.optimizer.param_groups:
             group["lr"] = settings.rate * 0.5 * (1.0 + math.cos(math.pi * progressed))
-        voxels, truth = _tensors(self.pairs, self.rows(step), self.device)
+        rows, total = self.rows(step), 0.0
         self.model.train()
-        with self.autocast():
-            logits = self.model(voxels)
-        entropy = network.cross_entropy(logits.float(), truth)
-        loss = entropy
-        if step % REGULAR == 0:
-            loss = loss + REGULAR * network.regularizer(self.model, settings.alpha, settings.beta)
         self.optimizer.zero_grad()
-        loss.backward()
+        for part in np.array_split(rows, math.ceil(len(rows) / self.at_once)):
+            voxels, truth = _tensors(self.pairs, part, self.device)
+            with self.autocast():
+                logits = self.model(voxels)
+            share = network.cross_entropy(logits.float(), truth) * (len(part) / len(rows))
+            share.backward()
+            total += share.item()
+        if step % REGULAR == 0:
+            (REGULAR * network.regularizer(self.model, settings.alpha, settings.beta)).backward()
         self.optimizer.step()
-        return entropy.item()
+        return total
 
     @torch.inference_mode()
     def validate(self) -> tuple[float, evaluation.Iou]:
         """Return cross entropy and IoU at 0.5 on the validation scenes."""
         self.model.eval()
         entropy, pairs, count = 0.0, [], len(self.validation)
-        for rows in np.array_split(np.arange(count), math.ceil(count / self.settings.batch)):
+        for rows in np.array_split(np.arange(count), math.ceil(count / self.at_once)):
             voxels, truth = _tensors(self.validation, rows, self.device)
             with self.autocast():
                 logits = self.model(voxels).float()
