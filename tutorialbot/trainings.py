@@ -27,16 +27,16 @@ def vox2c(options: argparse.Namespace, command: str) -> Path:
     )
     training.use_threads(options.threads)
     folder = options.folder / settings.name
-    pairs = training.pairs(settings, jobs=options.threads)
+    pairs, validation = training.pairs(settings, jobs=options.threads)
     minutes = math.inf if options.minutes is None else positive("--minutes", options.minutes)
-    for done in training.train(pairs, settings, folder, fresh=options.fresh, minutes=minutes):
+    for done in training.train(pairs, validation, settings, folder, fresh=options.fresh, minutes=minutes):
         print(
             f"epoch {done.epoch:6.2f}  loss {done.loss:.4f}  validation: loss {done.validation_loss:.4f}, of it "
             f"cross entropy {done.cross_entropy:.4f}, IoU {done.iou:.4f} (scene mean {done.scene_iou:.4f})  "
             f"{done.seconds:.0f} s",
             flush=True,
         )
-    return training.finish(pairs, settings, folder, command, options.out)
+    return training.finish(settings, folder, command, options.out)
 
 
 def linkframe(options: argparse.Namespace, command: str) -> Path:

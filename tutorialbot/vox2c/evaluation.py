@@ -5,7 +5,7 @@ mean*: the mean of each scene's own IoU, 1 where neither has a collision. The pa
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,6 +95,11 @@ def tally(pairs: Iterable[tuple[np.ndarray, np.ndarray]]) -> Tally:
         free.append(np.bincount(bins[~truth], minlength=BINS + 1))
         hit.append(np.bincount(bins[truth], minlength=BINS + 1))
     return Tally(np.array(free), np.array(hit))
+
+
+def joined(tallies: Sequence[Tally]) -> Tally:
+    """Return several tallies as one."""
+    return Tally(np.concatenate([one.free for one in tallies]), np.concatenate([one.hit for one in tallies]))
 
 
 def ceiling(scene: BoxScene, size: int, resolution_deg: float, samples: int = 64, seed: int = 0) -> np.ndarray:

@@ -246,6 +246,6 @@ def load(name: str, folder: Path = weights.FOLDER) -> Predictor:
     try:
         design = design_of(stored.record.values["settings"])
         float(stored.record.values["threshold"])
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise BrokenFile(f"weights {name!r}: its record describes no link-frame predictor: {error}") from None
     return Predictor(name, design, stored.tensors, stored.record)

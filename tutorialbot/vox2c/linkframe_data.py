@@ -12,7 +12,7 @@ from torch import Tensor
 
 from tutorialbot.seeding import make_rng
 from tutorialbot.vox2c import kernels as exact_kernels
-from tutorialbot.vox2c import labels, linkframe
+from tutorialbot.vox2c import linkframe
 from tutorialbot.vox2c import linkframe_kernels as kernels
 from tutorialbot.vox2c.arm import BAR, DOMAIN, ELBOW, JOINT_1, SLABS
 from tutorialbot.vox2c.grids import voxelize
@@ -65,10 +65,16 @@ def drawn_poses(rng: np.random.Generator, link: int) -> np.ndarray:
     return np.column_stack([linkframe.corner(joint), angle])
 
 
+def voxel_corners(voxels: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and the highest corner of every occupied voxel, each (k, 3) [m]."""
+    low = np.array(DOMAIN[0]) + cell * np.argwhere(voxels)
+    return low, low + cell
+
+
 def judged_poses(settings: Settings, scene: BoxScene, voxels: np.ndarray, rng: np.random.Generator) -> list:
     """Return for both links the drawn postures that the cull leaves (q, 3), and whether the link collides (q,)."""
     design, found = settings.design, []
-    corners = scene.corners if settings.kind == "exact" else labels.voxel_boxes(voxels)
+    corners = scene.corners if settings.kind == "exact" else voxel_corners(voxels, design.cell)
     for link, slab in enumerate(SLABS):
         poses = drawn_poses(rng, link)
         occupied = kernels.occupied_words(voxels, *design.cull_layers(link))

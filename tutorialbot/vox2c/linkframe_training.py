@@ -13,14 +13,15 @@ from torch.nn import functional
 
 from tutorialbot.errors import BrokenFile
 from tutorialbot.runs import RunRecord
-from tutorialbot.vox2c import checkpoints, evaluation, linkframe, weights
+from tutorialbot.vox2c import checkpoints, compare, evaluation, linkframe, weights
 from tutorialbot.vox2c.arm import DOMAIN
 from tutorialbot.vox2c.checkpoints import use_threads  # noqa: F401 - for whoever trains
-from tutorialbot.vox2c.linkframe_data import VALIDATION, Sample, Scenes, Settings, sample
+from tutorialbot.vox2c.linkframe_data import EVALUATION, VALIDATION, Sample, Scenes, Settings, sample
 
 WARM = 50  # steps until the learning rate is at its full height
 EVERY = 100  # steps between checkpoints
 VALIDATED = 1000  # scenes on which the threshold is chosen ...
+EVALUATED = 4000  # scenes on which the record's IoU is measured ...
 RESOLUTION = 5  # ... at this resolution [deg]
 
 
@@ -75,10 +76,11 @@ def step_loss(model: LinkFrameNet, data: Sample) -> Tensor:
 
 
 SHELL = linkframe.Design(outset=0.02, spread=1)
+FINE = linkframe.Design(size=64, along=(-0.075, 0.525, 13), across=(-0.075, 0.075, 6))
 PRESETS = {
     "linkframe-raster": Settings(linkframe.Design()),
-    "linkframe-shell": Settings(SHELL, source="cameras", start="linkframe-raster", rate=1.5e-3, steps=1200),
-    "linkframe-raster64": Settings(linkframe.Design(size=64), steps=1000),
+    "linkframe-shell": Settings(SHELL, source="cameras", start="linkframe-raster", rate=1.5e-3, steps=700, fresh=32),
+    "linkframe-raster64": Settings(FINE, steps=900, scenes=64, fresh=32),
     "linkframe-octree": Settings(SHELL, kind="octree", steps=300),
 }
 
@@ -164,5 +166,13 @@ def finish(name: str, settings: Settings, folder: Path, command: str, to: Path =
     values = {"network": linkframe.NETWORK, "settings": asdict(settings.design), "training": training}
     values |= {"threshold": threshold, "parameters": predictor.parameters, "curve": [asdict(one) for one in reports]}
     values |= {"validation": asdict(found.iou(threshold)), "validation_half": asdict(found.iou(0.5))}
+    values |= {"evaluation": evaluation_of(predictor, threshold, settings)}
     record = RunRecord(name, command, settings.seed, "paper", reports[-1].seconds, values, weights.training_versions())
     return weights.save(tensors, record, to)
+
+
+def evaluation_of(predictor: linkframe.Predictor, threshold: float, settings: Settings) -> list[dict]:
+    """Return `compare.table` of a predictor, the lookup table and the ceiling, on EVALUATION scenes."""
+    size, source, kind = settings.design.size, settings.source, settings.kind
+    methods = {predictor.name: (predictor.predict, threshold), "lookup table": compare.lookup_table(source, size, kind)}
+    return compare.table(methods, range(EVALUATION, EVALUATION + EVALUATED), source, size, kind, RESOLUTION)

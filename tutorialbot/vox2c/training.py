@@ -15,13 +15,13 @@ from torch import Tensor
 from tutorialbot.errors import InvalidValue, one_of, positive, whole_number
 from tutorialbot.runs import RunRecord, progress
 from tutorialbot.seeding import make_rng
-from tutorialbot.vox2c import checkpoints, evaluation, network, weights
+from tutorialbot.vox2c import checkpoints, dataset, evaluation, network, weights
 from tutorialbot.vox2c.checkpoints import use_threads  # noqa: F401 - for whoever trains
-from tutorialbot.vox2c.labels import KINDS, cells
+from tutorialbot.vox2c.labels import KINDS
 
 REGULAR = 10  # the regularizer is reckoned at every tenth step, tenfold: it changes slowly and costs a tenth
-VALIDATION = 0.05  # share of the scenes, the last ones, kept for validation; at most 1,000
-LARGEST_VALIDATION = 1000
+AT_ONCE = {1: 4, 5: 16, 10: 32}  # scenes at once on the CPU, for less than 3 GB; the norms are each scene's own
+VALIDATION = 1000  # scenes of the validation split
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,11 @@ class Settings:
             positive(name, getattr(self, name))
         one_of("source", self.source, ("cameras", "raster"))
         one_of("kind", self.kind, KINDS)
-        if self.scenes < 4:
-            raise InvalidValue("scenes", self.scenes, "at least 4: some are kept for validation")
+
+    @property
+    def recipe(self) -> dataset.Recipe:
+        """Which pairs of the data set it learns from."""
+        return dataset.Recipe(self.resolution_deg, self.source, network.SIZE, self.kind)
 
     @property
     def name(self) -> str:
@@ -62,39 +65,19 @@ class Settings:
         return f"paper-{self.resolution_deg}deg{width}{source}{kind}"
 
 
-@dataclass(frozen=True)
-class Pairs:
-    """Voxels and C-spaces, packed to bits by np.packbits: (scenes, 32^3 / 8) and (scenes, ceil(n n / 8)) uint8."""
-
-    voxels: np.ndarray
-    labels: np.ndarray
-    resolution_deg: int
-
-    def __post_init__(self):
-        n = cells(self.resolution_deg)
-        for name, bits in (("voxels", network.SIZE**3), ("labels", n * n)):
-            array = getattr(self, name)
-            if array.dtype != np.uint8 or array.shape != (len(self.voxels), -(-bits // 8)):
-                found = f"{array.dtype} array of shape {array.shape}"
-                raise InvalidValue(name, found, f"uint8 of shape ({len(self.voxels)}, {-(-bits // 8)})")
-
-    def __len__(self) -> int:
-        return len(self.voxels)
-
-    def tensors(self, rows: np.ndarray, device: torch.device) -> tuple[Tensor, Tensor]:
-        """Return voxels (batch, 1, 32, 32, 32) and labels (batch, n, n) of these rows as float32."""
-        n, size = cells(self.resolution_deg), network.SIZE
-        voxels = np.unpackbits(self.voxels[rows], axis=1, count=size**3).reshape(-1, 1, size, size, size)
-        truth = np.unpackbits(self.labels[rows], axis=1, count=n * n).reshape(-1, n, n)
-        return tuple(torch.from_numpy(array).to(device).float() for array in (voxels, truth))
+def pairs(settings: Settings, jobs: int = 2) -> tuple[dataset.Pairs, dataset.Pairs]:
+    """Return the pairs to train with and those for validation; makes those that are missing, in `jobs` processes."""
+    found = []
+    for split, count in (("train", settings.scenes), ("validation", VALIDATION)):
+        dataset.make(settings.recipe, split, count, jobs=jobs)
+        found.append(dataset.read(settings.recipe, split, count))
+    return tuple(found)
 
 
-def made_pairs(settings: Settings, first: int) -> Pairs:
-    """Return pairs of `settings.scenes` random scenes, seeds from `first` on, made here and now."""
-    seeds = range(first, first + settings.scenes)
-    scenes = evaluation.labelled(seeds, settings.source, network.SIZE, settings.kind, settings.resolution_deg)
-    rows = [[np.packbits(voxels), np.packbits(truth)] for voxels, truth in scenes]
-    return Pairs(np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), settings.resolution_deg)
+def _tensors(pairs: dataset.Pairs, rows: np.ndarray, device: torch.device) -> tuple[Tensor, Tensor]:
+    """Return voxels (batch, 1, 32, 32, 32) and labels (batch, n, n) of these rows as float32."""
+    voxels, truth = (torch.from_numpy(array).to(device).float() for array in pairs.batch(rows))
+    return voxels[:, None], truth
 
 
 @dataclass(frozen=True)
@@ -115,7 +98,8 @@ class Round:
 class Run:
     """A training under way: what it needs from one step to the next."""
 
-    pairs: Pairs
+    pairs: dataset.Pairs
+    validation: dataset.Pairs
     settings: Settings
     folder: Path
     device: torch.device
@@ -125,22 +109,27 @@ class Run:
 
     def __post_init__(self):
         settings = self.settings
-        if len(self.pairs) != settings.scenes or self.pairs.resolution_deg != settings.resolution_deg:
-            found = f"{len(self.pairs)} at {self.pairs.resolution_deg} degrees"
-            raise InvalidValue("pairs", found, f"{settings.scenes} at {settings.resolution_deg} degrees")
+        for name, given in (("pairs", self.pairs), ("validation", self.validation)):
+            if given.recipe != settings.recipe:
+                raise InvalidValue(name, given.recipe, f"pairs of {settings.recipe}")
+        if len(self.pairs) != settings.scenes:
+            raise InvalidValue("pairs", f"{len(self.pairs)} of them", f"{settings.scenes}")
         with torch.random.fork_rng():
             torch.manual_seed(settings.seed)
             self.model = network.Vox2CNet(settings.resolution_deg, settings.width).to(self.device)
         self.optimizer = torch.optim.Adam(self.model.parameters(), lr=settings.rate)
-        held = min(LARGEST_VALIDATION, max(1, round(VALIDATION * len(self.pairs))))
-        self.trained, self.held = np.arange(len(self.pairs) - held), np.arange(len(self.pairs) - held, len(self.pairs))
-        self.steps_an_epoch = math.ceil(len(self.trained) / settings.batch)
+        self.steps_an_epoch = math.ceil(len(self.pairs) / settings.batch)
         self.steps = settings.epochs * self.steps_an_epoch
 
     @property
     def step(self) -> int:
         """How many steps are done and on disk."""
         return self.rounds[-1].step if self.rounds else 0
+
+    @property
+    def at_once(self) -> int:
+        """How many scenes of a step go through the network together: on the CPU few where the C-space is large."""
+        return self.settings.batch if self.device.type == "cuda" else AT_ONCE[self.settings.resolution_deg]
 
     def autocast(self):
         """Mixed precision where there is CUDA, else nothing."""
@@ -149,7 +138,7 @@ class Run:
     def rows(self, step: int) -> np.ndarray:
         """Return which scenes step number `step` learns from: each epoch goes through all in an order of its own."""
         epoch, place = divmod(step, self.steps_an_epoch)
-        order = make_rng(self.settings.seed, 7, epoch).permutation(self.trained)
+        order = make_rng(self.settings.seed, 7, epoch).permutation(len(self.pairs))
         return order[place * self.settings.batch : (place + 1) * self.settings.batch]
 
     def learn(self, step: int) -> float:
@@ -157,31 +146,33 @@ class Run:
         settings, progressed = self.settings, step / self.steps
         for group in self.optimizer.param_groups:
             group["lr"] = settings.rate * 0.5 * (1.0 + math.cos(math.pi * progressed))
-        voxels, truth = self.pairs.tensors(self.rows(step), self.device)
+        rows, total = self.rows(step), 0.0
         self.model.train()
-        with self.autocast():
-            logits = self.model(voxels)
-        entropy = network.cross_entropy(logits.float(), truth)
-        loss = entropy
-        if step % REGULAR == 0:
-            loss = loss + REGULAR * network.regularizer(self.model, settings.alpha, settings.beta)
         self.optimizer.zero_grad()
-        loss.backward()
+        for part in np.array_split(rows, math.ceil(len(rows) / self.at_once)):
+            voxels, truth = _tensors(self.pairs, part, self.device)
+            with self.autocast():
+                logits = self.model(voxels)
+            share = network.cross_entropy(logits.float(), truth) * (len(part) / len(rows))
+            share.backward()
+            total += share.item()
+        if step % REGULAR == 0:
+            (REGULAR * network.regularizer(self.model, settings.alpha, settings.beta)).backward()
         self.optimizer.step()
-        return entropy.item()
+        return total
 
     @torch.inference_mode()
     def validate(self) -> tuple[float, evaluation.Iou]:
-        """Return cross entropy and IoU at 0.5 on the scenes kept for validation."""
+        """Return cross entropy and IoU at 0.5 on the validation scenes."""
         self.model.eval()
-        entropy, pairs = 0.0, []
-        for rows in np.array_split(self.held, math.ceil(len(self.held) / self.settings.batch)):
-            voxels, truth = self.pairs.tensors(rows, self.device)
+        entropy, pairs, count = 0.0, [], len(self.validation)
+        for rows in np.array_split(np.arange(count), math.ceil(count / self.at_once)):
+            voxels, truth = _tensors(self.validation, rows, self.device)
             with self.autocast():
                 logits = self.model(voxels).float()
             entropy += network.cross_entropy(logits, truth).item() * len(rows)
             pairs += zip(torch.sigmoid(logits).cpu().numpy(), truth.cpu().numpy() > 0.5, strict=True)
-        return entropy / len(self.held), evaluation.tally(pairs).iou(0.5)
+        return entropy / count, evaluation.tally(pairs).iou(0.5)
 
     def regularizer(self) -> float:
         """Return the last two terms of equation (1) as they are now."""
@@ -207,11 +198,15 @@ class Run:
             checkpoints.save(self.folder / "best.safetensors", self.model, self.optimizer, header, state)
         checkpoints.save(self.folder / "last.safetensors", self.model, self.optimizer, header, state)
 
-    def resume(self, name: str = "last") -> None:
-        """Go on from the checkpoint called `name`; raises BrokenFile when it is damaged or another run's."""
-        path = self.folder / f"{name}.safetensors"
-        state = checkpoints.restore(path, self.model, self.optimizer, asdict(self.settings))
-        self.rounds = [Round(**one) for one in state["rounds"]]
+    def resume(self) -> None:
+        """Go on from the last checkpoint; raises BrokenFile when it is damaged or another run's."""
+        found = _restore(self.settings, self.folder / "last.safetensors", self.model, self.optimizer)
+        self.rounds = [Round(**one) for one in found]
+
+
+def _restore(settings: Settings, path: Path, model: torch.nn.Module, optimizer: torch.optim.Optimizer) -> list[dict]:
+    """Put both into the state of a checkpoint; return its rounds."""
+    return checkpoints.restore(path, model, optimizer, asdict(settings))["rounds"]
 
 
 def default_device() -> torch.device:
@@ -220,7 +215,13 @@ def default_device() -> torch.device:
 
 
 def train(
-    pairs: Pairs, settings: Settings, folder: Path, *, fresh: bool = False, minutes: float = math.inf
+    pairs: dataset.Pairs,
+    validation: dataset.Pairs,
+    settings: Settings,
+    folder: Path,
+    *,
+    fresh: bool = False,
+    minutes: float = math.inf,
 ) -> Iterator[Round]:
     """Train the paper's network round by round, with a checkpoint in `folder` after each; yields what each came to.
 
@@ -229,7 +230,7 @@ def train(
     resumed, and at the end of `Settings.epochs` or of `Settings.patience`. Raises BrokenFile for a checkpoint that is
     damaged or belongs to other settings, InvalidValue for pairs that are not what the settings say.
     """
-    run = Run(pairs, settings, folder, default_device())
+    run = Run(pairs, validation, settings, folder, default_device())
     if not fresh and (folder / "last.safetensors").exists():
         run.resume()
         yield from run.rounds
@@ -246,21 +247,20 @@ def train(
         yield run.rounds[-1]
 
 
-def finish(pairs: Pairs, settings: Settings, folder: Path, command: str, to: Path = weights.FOLDER) -> Path:
+def finish(settings: Settings, folder: Path, command: str, to: Path = weights.FOLDER) -> Path:
     """Store the best weights of a run as float16 with their record; returns the weights' path.
 
     Raises BrokenFile when the folder holds no whole run of these settings.
     """
-    run = Run(pairs, settings, folder, torch.device("cpu"))
-    run.resume("last")
-    rounds = run.rounds
-    run.resume("best")
-    best = run.best()
+    model = network.Vox2CNet(settings.resolution_deg, settings.width)
+    optimizer = torch.optim.Adam(model.parameters())
+    rounds = [Round(**one) for one in _restore(settings, folder / "last.safetensors", model, optimizer)]
+    best = Round(**_restore(settings, folder / "best.safetensors", model, optimizer)[-1])
     values = {"network": "paper", "settings": json.loads(json.dumps(asdict(settings))), "best": asdict(best)}
     values |= {"parameters": network.parameters(settings.resolution_deg, settings.width)}
     values |= {"curve": [asdict(one) for one in rounds]}
     record = RunRecord(
         settings.name, command, settings.seed, "paper", rounds[-1].seconds, values, weights.training_versions()
     )
-    tensors = {key: tensor.cpu().numpy() for key, tensor in run.model.state_dict().items()}
+    tensors = {key: tensor.cpu().numpy() for key, tensor in model.state_dict().items()}
     return weights.save(tensors, record, to)
