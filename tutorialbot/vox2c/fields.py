@@ -7,12 +7,14 @@ that is blocked: every cell but the goal has a lower neighbour, so there is no h
 of the grid. Cells are neighbours along either angle, and the grid wraps around.
 """
 
+import math
+
 import numpy as np
 from scipy.ndimage import distance_transform_edt, minimum_filter
 
 from tutorialbot.errors import InvalidType, InvalidValue, finite_array, one_of, positive
 from tutorialbot.vox2c.kernels import compiled
-from tutorialbot.vox2c.motions import cell, continuous, distance, wrap
+from tutorialbot.vox2c.motions import cell, continuous, turn, wrap
 
 PLANNERS = ("wavefront", "potential")
 ATTRACTION = 1.0  # weight of half the squared distance to the goal [1 / rad^2]
@@ -87,21 +89,37 @@ def check_cspace(cspace) -> np.ndarray:
     return array
 
 
-def cell_of(q, n: int) -> tuple[int, int]:
-    """Return the cell whose angles are nearest to a configuration (2,) [rad] on a map of n x n cells."""
-    theta1, theta2 = finite_array("q", q, (2,))
-    return cell(theta1, n), cell(theta2, n)
-
-
-def free_cell(free: np.ndarray, q) -> tuple[int, int]:
-    """Return the cell nearest to q (2,) [rad] on a map (n, n), or, where that is not `free`, the nearest free one of
+@compiled
+def free_cell(blocked, theta1, theta2):
+    """Return the cell nearest to (theta1, theta2) [rad] on a map (n, n); where it is blocked, the nearest free one of
     the eight around it. (None of them free: the cell itself.)
     """
-    n = len(free)
-    i, j = cell_of(q, n)
-    around = [((i + a) % n, (j + b) % n) for a in (0, -1, 1) for b in (0, -1, 1)]
-    around = [one for one in around if free[one]] if not free[i, j] else []
-    return min(around, key=lambda one: distance(q, angles_of(one, n)), default=(i, j))
+    n = len(blocked)
+    i, j = cell(theta1, n), cell(theta2, n)
+    k, m, best = i, j, np.inf
+    if blocked[i, j]:
+        for a in range(i - 1, i + 2):
+            for b in range(j - 1, j + 2):
+                away1 = turn(theta1, 2.0 * math.pi * (a / n - 0.5))
+                away2 = turn(theta2, 2.0 * math.pi * (b / n - 0.5))
+                away = away1 * away1 + away2 * away2
+                if not blocked[a % n, b % n] and away < best:
+                    k, m, best = a % n, b % n, away
+    return k, m
+
+
+@compiled
+def widened(cspace):
+    """Return a map with the eight cells around every blocked one blocked as well; the grid wraps around."""
+    n = len(cspace)
+    found = cspace.copy()
+    for i in range(n):
+        for j in range(n):
+            if cspace[i, j]:
+                for a in range(i - 1, i + 2):
+                    for b in range(j - 1, j + 2):
+                        found[a % n, b % n] = True
+    return found
 
 
 def angles_of(cells, n: int) -> np.ndarray:
@@ -114,8 +132,8 @@ def wavefront(cspace, goal) -> np.ndarray:
 
     A navigation function: its only minimum is the goal. Breadth first, each free cell once.
     """
-    cspace = check_cspace(cspace)
-    return _spread(cspace, *free_cell(~cspace, goal), -1, -1)
+    cspace, goal = check_cspace(cspace), finite_array("goal", goal, (2,))
+    return _spread(cspace, *free_cell(cspace, *goal), -1, -1)
 
 
 def distance_to_obstacles(cspace) -> np.ndarray:
@@ -139,7 +157,7 @@ def potential(cspace, goal, *, attraction: float = ATTRACTION, repulsion: float 
     positive("attraction", attraction), positive("repulsion", repulsion), positive("influence", influence)
     n = len(cspace)
     theta = 2 * np.pi * (np.arange(n) / n - 0.5)
-    centre = angles_of(free_cell(~cspace, goal), n)
+    centre = angles_of(free_cell(cspace, *goal), n)
     away = [wrap(theta - angle) for angle in centre]
     pull = 0.5 * attraction * (away[0][:, None] ** 2 + away[1] ** 2)
     near = np.maximum(distance_to_obstacles(cspace), 1e-9)
@@ -154,7 +172,7 @@ def open_cells(field: np.ndarray) -> np.ndarray:
 
 def descend(field: np.ndarray, start) -> np.ndarray:
     """Return the cells (k, 2) from the start (2,) [rad] downhill, until no neighbour is lower."""
-    return _descend(field, *free_cell(open_cells(field), start), NEIGHBOURS)
+    return _descend(field, *free_cell(~open_cells(field), *finite_array("start", start, (2,))), NEIGHBOURS)
 
 
 def hollows(field: np.ndarray) -> np.ndarray:
@@ -169,7 +187,7 @@ def hollows(field: np.ndarray) -> np.ndarray:
 
 def stalled(field: np.ndarray, goal) -> np.ndarray:
     """Return the cells (n, n) from which a descent ends elsewhere than at the goal (2,) [rad]; blocked ones are not."""
-    return _ends_elsewhere(field, *free_cell(open_cells(field), goal), NEIGHBOURS)
+    return _ends_elsewhere(field, *free_cell(~open_cells(field), *finite_array("goal", goal, (2,))), NEIGHBOURS)
 
 
 @compiled
@@ -197,7 +215,9 @@ def path(cspace: np.ndarray, start, goal, planner: str = "wavefront") -> np.ndar
     cspace = check_cspace(cspace)
     if one_of("planner", planner, PLANNERS) == "potential":
         return along(potential(cspace, goal), start, goal)
-    return along(_spread(cspace, *free_cell(~cspace, goal), *free_cell(~cspace, start)), start, goal)
+    start, goal = finite_array("start", start, (2,)), finite_array("goal", goal, (2,))
+    first, last = free_cell(cspace, *start), free_cell(cspace, *goal)
+    return _down(_spread(cspace, *last, *first), first, last, start, goal)
 
 
 def along(field: np.ndarray, start, goal) -> np.ndarray:
@@ -205,12 +225,16 @@ def along(field: np.ndarray, start, goal) -> np.ndarray:
 
     Many starts share one field. (0, 2) where it stalls or never reached the start.
     """
-    n, start, goal = len(field), finite_array("start", start, (2,)), finite_array("goal", goal, (2,))
-    reached = open_cells(field)
-    cells = _descend(field, *free_cell(reached, start), NEIGHBOURS)
-    if tuple(cells[-1]) != free_cell(reached, goal):
+    start, goal = finite_array("start", start, (2,)), finite_array("goal", goal, (2,))
+    closed = ~open_cells(field)
+    return _down(field, free_cell(closed, *start), free_cell(closed, *goal), start, goal)
+
+
+def _down(field: np.ndarray, first: tuple, last: tuple, start: np.ndarray, goal: np.ndarray) -> np.ndarray:
+    cells = _descend(field, *first, NEIGHBOURS)
+    if not 0 <= field[first] < np.inf or (cells[-1] != last).any():
         return NOWHERE
-    return continuous(np.concatenate([[start], angles_of(cells[_corners(cells, n)], n), [goal]]))
+    return continuous(np.concatenate([[start], angles_of(cells[_corners(cells, len(field))], len(field)), [goal]]))
 
 
 @compiled

@@ -13,11 +13,12 @@ The first four know voxels only. Whatever a method says, planning.py verifies th
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from tutorialbot.errors import InvalidType, InvalidValue, finite_number, one_of
-from tutorialbot.vox2c import grids, kernels, labels, lookup, motions
+from tutorialbot.vox2c import fields, grids, kernels, labels, lookup, motions
 from tutorialbot.vox2c.arm import BAR
 from tutorialbot.vox2c.motions import SEARCH_STEP, Solid
 from tutorialbot.vox2c.scenes import BoxScene
@@ -46,6 +47,11 @@ class Prepared:
     motion: Callable[[float, float, float, float], bool] | None
     cspace: np.ndarray | None
     seconds: dict[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def wide(self) -> np.ndarray:
+        """The map with everything blocked one cell wider, computed once: where the wavefront looks first."""
+        return fields.widened(self.cspace)
 
 
 def prepare(

@@ -100,7 +100,7 @@ def map_blocks_motion(cspace, a1, a2, b1, b2, step):
     """Say whether a straight motion from (a1, a2) to (b1, b2) meets a blocked cell, looked at every `step` [rad]."""
     delta1, delta2 = turn(a1, b1), turn(a2, b2)
     n = max(1, math.ceil(max(abs(delta1), abs(delta2)) / step))
-    for i in range(n, -1, -1):
+    for i in range(n, -1, -1):  # noqa: SIM110 - compiled as it stands
         if map_blocks(cspace, a1 + delta1 * i / n, a2 + delta2 * i / n):
             return True
     return False
@@ -142,7 +142,7 @@ def clearance(second, third, theta1, theta2, bar):
 
 @compiled
 def _steps_collide(second, third, a1, a2, delta1, delta2, n, bar):
-    """Say whether the arm collides at one of the n + 1 steps of a motion; steps within the clearance are passed over."""
+    """Say whether the arm collides at one of the n + 1 steps of a motion; passes over what is within the clearance."""
     step = travel(delta1, delta2, bar) / n
     i = 0
     while i <= n:

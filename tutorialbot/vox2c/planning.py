@@ -4,34 +4,25 @@ The paper: a path on a predicted C-space may collide, so it must be checked, and
 mends that part. So here: whatever the search says, a path is returned only when `motions.Solid.free` proves it free of
 what it is verified against.
 
-The planners are OMPL's. Two are ours, because they need the whole C-space: see fields.py.
+The planners are OMPL's (planning_ompl.py). Two are ours, for they need the whole C-space: see fields.py.
 """
 
-import math
 import time
 from dataclasses import dataclass
 
 import numpy as np
-from ompl import base, geometric, util
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from tutorialbot.errors import InvalidValue, finite_array, one_of, whole_number
 from tutorialbot.seeding import make_rng
-from tutorialbot.vox2c import fields, motions
+from tutorialbot.vox2c import fields, motions, planning_ompl
+from tutorialbot.vox2c.arm import BAR
 from tutorialbot.vox2c.methods import Prepared, prepare
-from tutorialbot.vox2c.motions import GROWN, SEARCH_STEP, STEP, Solid, continuous, wrap
+from tutorialbot.vox2c.motions import GROWN, STEP, Solid, continuous, wrap
 from tutorialbot.vox2c.scenes import BoxScene
 
-OMPL = ("RRT", "RRTConnect", "RRTstar", "PRM")
-PLANNERS = (*OMPL, *fields.PLANNERS)
-RANGE = 0.35  # longest branch of a tree [rad]
+PLANNERS = (*planning_ompl.PLANNERS, *fields.PLANNERS)
 ITERATIONS = 10_000  # after so many a search gives up: no clock, so that the same seed gives the same path
 ITERATIONS_STAR = 1_000  # RRT* uses all of its iterations to get shorter
-MILESTONES = 64  # PRM's first roadmap; it doubles until it connects start and goal
-NEIGHBOURS = 10  # milestones that start and goal try to reach
-
-util.setLogLevel(util.LogLevel.LOG_NONE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,146 +129,29 @@ def _check(planner: str, method: str, seed: int, iterations: int | None) -> None
 
 def blocked_ends(solid: Solid, start: np.ndarray, goal: np.ndarray) -> str:
     """Return which end is in collision, or nearer to one than verification allows; "" when neither is."""
-    for name, collides, near in zip(
-        ("start", "goal"), solid.collides([start, goal]), solid.too_near([start, goal]), strict=True
-    ):
-        if collides:
+    for name, q in (("start", start), ("goal", goal)):
+        if motions.clearance(solid.second, solid.third, *q, BAR) < 0.0:
             return f"{name} in collision with the {solid.name}"
-        if near:
+        if motions.clearance(solid.second, solid.third, *q, GROWN) < 0.0:
             return f"{name} closer than {1e3 * motions.MARGIN:g} mm to the {solid.name}"
     return ""
 
 
 def search(prepared: Prepared, start, goal, planner: str, seed: int, iterations: int | None = None) -> np.ndarray:
     """Return a path (k, 2) that the method takes for free, not verified; (0, 2) when none is found."""
-    if planner in fields.PLANNERS:
-        if prepared.cspace is None:
-            raise InvalidValue("planner", planner, f"a method that makes a whole C-space, not {prepared.method!r}")
-        return fields.path(prepared.cspace, start, goal, planner)
+    cspace = prepared.cspace
+    if planner in fields.PLANNERS and cspace is None:
+        raise InvalidValue("planner", planner, f"a method that makes a whole C-space, not {prepared.method!r}")
+    if planner == "potential":
+        return fields.path(cspace, start, goal, planner)
+    if planner == "wavefront":
+        wide = fields.path(prepared.wide, start, goal, planner)
+        return wide if len(wide) else fields.path(cspace, start, goal, planner)
     if planner == "PRM":
-        return _roadmap(prepared, start, goal, seed, iterations or ITERATIONS)
+        return planning_ompl.roadmap(prepared.state, prepared.motion, start, goal, seed, iterations or ITERATIONS)
     count = iterations or (ITERATIONS_STAR if planner == "RRTstar" else ITERATIONS)
-    return _tree(prepared.state, prepared.motion, start, goal, planner, seed, count)
-
-
-# -- OMPL ------------------------------------------------------------------------------------------------------------
-
-
-class _Motions(base.MotionValidator):
-    """Asks about a whole motion at once: one call from OMPL into Python, not one for every state on the way."""
-
-    def __init__(self, information, blocked):
-        super().__init__(information)
-        self._blocked = blocked
-
-    def checkMotion(self, a, b) -> bool:
-        """Say whether the motion is free, as OMPL names it."""
-        return not self._blocked(a[0].value, a[1].value, b[0].value, b[1].value)
-
-
-def torus() -> base.CompoundStateSpace:
-    """Return OMPL's space of two angles that wrap around, states tested every SEARCH_STEP of the distance."""
-    space = base.CompoundStateSpace()
-    for _ in range(2):
-        space.addSubspace(base.SO2StateSpace(), 1.0)
-    space.lock()
-    space.setLongestValidSegmentFraction(SEARCH_STEP / math.pi)
-    return space
-
-
-def _information(blocked_state, blocked_motion) -> base.SpaceInformation:
-    information = base.SpaceInformation(torus())
-    information.setStateValidityChecker(lambda state: not blocked_state(state[0].value, state[1].value))
-    if blocked_motion is not None:
-        information.setMotionValidator(_Motions(information, blocked_motion))
-    information.setup()
-    return information
-
-
-def _problem(information: base.SpaceInformation, start, goal) -> base.ProblemDefinition:
-    problem = base.ProblemDefinition(information)
-    states = []
-    for q in (start, goal):
-        state = information.allocState()
-        state[0].value, state[1].value = float(q[0]), float(q[1])
-        states.append(state)
-    problem.setStartAndGoalStates(*states)
-    return problem
-
-
-def _seed(seed: int, *stream: int) -> None:
-    """Seed OMPL: its generators are made with the planner, each from one global seed, which must not be 0."""
-    util.RNG.setSeed(int(make_rng(seed, *stream).integers(1, 2**31)))
-
-
-def _at_most(iterations: int) -> base.PlannerTerminationCondition:
-    left = iter(range(iterations))
-    return base.PlannerTerminationCondition(lambda: next(left, None) is None)
-
-
-def _tree(blocked_state, blocked_motion, start, goal, planner: str, seed: int, iterations: int) -> np.ndarray:
-    """Let one of OMPL's trees search; an approximate solution is none."""
-    _seed(seed)
-    information = _information(blocked_state, blocked_motion)
-    problem = _problem(information, start, goal)
-    tree = getattr(geometric, planner)(information)
-    tree.setRange(RANGE)
-    tree.setProblemDefinition(problem)
-    tree.setup()
-    tree.solve(_at_most(iterations))
-    if not problem.hasExactSolution():
-        return NOWHERE
-    found = problem.getSolutionPath()
-    states = [found.getState(i) for i in range(found.getStateCount())]
-    return continuous([(state[0].value, state[1].value) for state in states])
-
-
-def _roadmap(prepared: Prepared, start, goal, seed: int, iterations: int) -> np.ndarray:
-    """Grow OMPL's probabilistic roadmap until it connects start and goal; the shortest way through it.
-
-    OMPL's own query runs in a second thread, whose timing would change the path: so the query is ours.
-    """
-    if prepared.state(*start) or prepared.state(*goal):
-        return NOWHERE
-    _seed(seed)
-    information = _information(prepared.state, prepared.motion)
-    roadmap, data = geometric.PRM(information), None
-    roadmap.setProblemDefinition(_problem(information, start, goal))
-    roadmap.setup()
-    wanted, grown = min(MILESTONES, iterations), 0
-    while grown < iterations:
-        roadmap.growRoadmapPtc(_at_most(wanted - grown))
-        grown, wanted = wanted, min(2 * wanted, iterations)
-        data = base.PlannerData(information)
-        roadmap.getPlannerData(data)
-        path = _shortest(data, start, goal, prepared.motion)
-        if len(path):
-            return path
-    return NOWHERE
-
-
-def _shortest(data: base.PlannerData, start, goal, blocked_motion) -> np.ndarray:
-    """Return the shortest way from start to goal through a roadmap, (0, 2) when there is none."""
-    n = data.numVertices()
-    states = [data.getVertex(i).getState() for i in range(n)]
-    q = np.array([*((state[0].value, state[1].value) for state in states), start, goal])
-    edges = [(i, j) for i in range(n) for j in data.getEdges(i)]
-    for end in (n, n + 1):
-        near = np.argsort(np.linalg.norm(wrap(q - q[end]), axis=1), kind="stable")
-        near = [int(i) for i in near if i != end][:NEIGHBOURS]
-        edges += [(end, i) for i in near if not blocked_motion(*q[end], *q[i])]
-    if not edges:
-        return NOWHERE
-    i, j = np.array(edges).T
-    lengths = np.linalg.norm(wrap(q[j] - q[i]), axis=1)
-    graph = csr_matrix((lengths, (i, j)), shape=(n + 2, n + 2))
-    distance, before = dijkstra(graph, directed=False, indices=n, return_predecessors=True)
-    if not np.isfinite(distance[n + 1]):
-        return NOWHERE
-    way = [n + 1]
-    while way[-1] != n:
-        way.append(before[way[-1]])
-    return continuous(q[way[::-1]])
+    hopeless = None if cspace is None else lambda: not len(fields.path(cspace, start, goal))
+    return planning_ompl.tree(prepared.state, prepared.motion, start, goal, planner, seed, count, hopeless)
 
 
 # -- repair ----------------------------------------------------------------------------------------------------------
@@ -299,7 +173,7 @@ def repair(solid: Solid, path: np.ndarray, start, goal, seed: int) -> tuple[np.n
 def connect(solid: Solid, start, goal, seed: int, piece: int) -> np.ndarray:
     """Plan with RRTConnect on the test that verification makes; (0, 2) when it finds nothing."""
     second, third, touches = solid.second, solid.third, motions.motion_touches
-    return _tree(
+    return planning_ompl.tree(
         lambda a, b: touches(second, third, a, b, a, b, STEP, GROWN),
         lambda a1, a2, b1, b2: touches(second, third, a1, a2, b1, b2, STEP, GROWN),
         start, goal, "RRTConnect", make_rng(seed, 1, piece).integers(2**31), ITERATIONS,
