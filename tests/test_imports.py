@@ -18,17 +18,17 @@ LEVELS = (
     {"scene"},
     {"bo", "ik", "vox2c"},
     {"cleaning"},
-    {"viewers", "plots", "plots_door", "plots_arm", "report", "checks", "studies", "headless", "stripping"}
-    | {"bench", "door_bench", "ga_bench", "trainings"},
+    {"viewers", "plots", "plots_door", "plots_arm", "plots_cspace", "report", "checks", "studies", "headless", "stripping"}
+    | {"bench", "door_bench", "ga_bench", "vox2c_bench", "trainings"},
     {"doctor", "pictures"},
     {"commands"},
 )
 # Sibling rooms that may meet:
 EXCEPTIONS = {("trajectory", "pose"), ("bo", "ik.prioritized"), ("plots_door", "plots"), ("plots_arm", "plots")}
-EXCEPTIONS |= {("bench", "door_bench"), ("bench", "ga_bench")}
+EXCEPTIONS |= {("bench", "door_bench"), ("bench", "ga_bench"), ("bench", "vox2c_bench")}
 STANDARD_ONLY = {"__init__", "__main__", "launch"}  # they run before anything is installed
 TOP = 6  # from this level on, drawing and printing are allowed
-ONLY_IN = {"torch": "vox2c", "ompl": "vox2c.planning"}
+ONLY_IN = {"torch": "vox2c", "ompl": "vox2c.planning_ompl"}
 USERS = {"jupyterlab", "nbval", "mujoco", "meshcat", "pin", "scikit-optimize", "deap", "torch", "ompl", "matplotlib"}
 TOOLS = {"pytest-xdist": "--dist", "ruff": "ruff"}  # as commands.py calls them
 
@@ -102,13 +102,13 @@ PLANTED = {
     ("runs", "from IPython import get_ipython"): "below the top layer",
     ("bo.search", "print('hello')"): "prints",
     ("bo.search", "import torch"): "belongs into vox2c",
-    ("vox2c.network", "from ompl import base"): "belongs into vox2c.planning",
+    ("vox2c.planning", "from ompl import base"): "belongs into vox2c.planning_ompl",
     ("launch", "import numpy"): "not standard",
 }
 FINE = (
     ("bo.search", "from tutorialbot.ik.prioritized import solve\nfrom tutorialbot.bo.space import Space"),
     ("bo.search", "from tutorialbot.ik import prioritized\nfrom tutorialbot.scene import door"),
-    ("vox2c.planning", "import torch\nfrom ompl import geometric"),
+    ("vox2c.planning_ompl", "import torch\nfrom ompl import geometric"),
     ("bench", "print('hello')\nimport matplotlib"),
     ("__main__", "def f():\n    from tutorialbot import commands\n    import numpy"),
 )
