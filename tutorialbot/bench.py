@@ -65,6 +65,44 @@ def ga(options: argparse.Namespace) -> RunRecord:
     return _record(options, ga_bench.FIRST_SEED, began, values)
 
 
+def vox2c(options: argparse.Namespace) -> RunRecord:
+    """Paper 3: maps and predictors; Table 2 and further problems; planners; many queries a scene; data and joints."""
+    from tutorialbot import vox2c_bench
+
+    began = time.monotonic()
+    values = {"maps": vox2c_bench.maps(), "forward": vox2c_bench.forward()}
+    journal = paths.results() / "bench" / f"vox2c-{vox2c_bench.fingerprint()}.jsonl"
+    names = vox2c_bench.variants()[: options.rows]
+    entries = vox2c_bench.study(options.seeds, names, journal, options.jobs)
+    values |= {"table_2": vox2c_bench.table_2(entries), "rows": vox2c_bench.summarise(entries)}
+    values["planners"] = vox2c_bench.planners(max(2, options.seeds // 10))
+    values["many_queries"] = vox2c_bench.many_queries(queries=min(100, max(2, options.seeds)))
+    values |= {"generation": vox2c_bench.generation(), "joints": vox2c_bench.joints()}
+    for name, rows in values.items():
+        if rows:
+            print(f"{name.replace('_', ' ')}")
+            _print_table(rows)
+            print()
+    values["summary"] = _vox2c_summary(values)
+    print(values["summary"])
+    return _record(options, vox2c_bench.FIRST_SEED, began, {**values, "entries": entries})
+
+
+def _vox2c_summary(values: dict) -> str:
+    rows, base = values["rows"], "against asking an octree at every state"
+    blind = [row for row in rows if row["method"].startswith(("lookup", "predicted"))]
+    best = max(blind, key=lambda row: row["all_in_times"], default=rows[-1])
+    learned = [f"{row['all_in_times']:.1f} times with {row['method']}" for row in blind if "predicted" in row["method"]]
+    many = max(values["many_queries"], key=lambda row: row["times_faster"])
+    collisions, solved = (sum(row[name] for row in rows) for name in ("coal", "solved"))
+    return (
+        f"{collisions} collisions by coal on {solved} verified paths; {base} the search is {best['search_times']:.1f} "
+        f"times and all in {best['all_in_times']:.1f} times as fast with {best['method']} "
+        f"({', '.join(learned) or 'no learned weights here'}); {many['times_faster']:.0f} times a query when "
+        f"{many['queries']} share a map ({many['method']}, {many['planner']})"
+    )
+
+
 def _ga_summary(speed: list[dict], rows: list[dict], strokes: list[dict]) -> str:
     def share(method: str, name: str) -> str:
         found = [row for row in rows if row["method"] == method and row["targets"] != "random"]
@@ -150,8 +188,8 @@ def _end_now(*_) -> None:
     os._exit(130)
 
 
-BENCHMARKS = {"door": door, "ga": ga}
-SEEDS = {"door": 100, "ga": 30}
+BENCHMARKS = {"door": door, "ga": ga, "vox2c": vox2c}
+SEEDS = {"door": 100, "ga": 30, "vox2c": 200}
 
 
 def main(argv: list[str]) -> int:

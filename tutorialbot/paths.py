@@ -27,13 +27,13 @@ def results() -> Path:
     return folder
 
 
-def source_digest() -> str:
-    """Return a hash of all that decides what a search finds: the methods' code and the models.
+def source_digest(methods: tuple[str, ...] | None = None) -> str:
+    """Return a hash of all that decides what a search finds: the methods' code (METHODS unless given) and the models.
 
     It stands in the headers of journals, so that what other code has measured is never mixed in. What only draws,
     prints or checks is left out.
     """
-    rooms = [ROOT / "tutorialbot" / room for room in METHODS]
+    rooms = [ROOT / "tutorialbot" / room for room in (METHODS if methods is None else methods)]
     files = [file for room in rooms for file in ([room] if room.is_file() else room.rglob("*.py"))]
     digest = hashlib.sha256()
     for file in sorted([*files, *MODELS.rglob("*.xml")]):

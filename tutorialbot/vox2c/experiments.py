@@ -4,7 +4,6 @@ A problem is a scene with a start and a goal that are free of the boxes and of t
 could not even start), far apart, joined by some path, and not by the straight one.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +27,7 @@ VARIANTS = {  # name in tables -> options of planning.plan; the letters are thos
     "lookup 5 deg": {"method": "lookup", "resolution_deg": 5},
     "lookup 1 deg": {"method": "lookup", "resolution_deg": 1},
     "exact map 1 deg": {"method": "exact_map", "resolution_deg": 1},
+    "exact map 5 deg": {"method": "exact_map", "resolution_deg": 5},
     "exact": {"method": "exact"},
     "voxel test": {"method": "voxel_test"},
 }
@@ -126,11 +126,12 @@ def run(problem: Problem, variant: str, seed: int, planner: str = "RRT", *, coal
     settings = VARIANTS[_known(variant)] | options
     plan = planning.plan(problem.scene, problem.start, problem.goal, seed=seed, planner=planner, **settings)
     found = len(plan.searched) > 0
-    collided = found and not motions.boxes(problem.scene).free(plan.searched)
+    collided = found and bool(labels.collides(problem.scene, motions.densify(plan.searched)[0]).any())
     return {
         "variant": variant, "planner": planner, "scene": problem.seed, "seed": seed, **plan.seconds,
-        "total": plan.total, "found": found, "collided": collided, "repaired": plan.repairs != 0,
-        "solved": plan.solved, "verified_against": plan.verify_against,
+        "total": plan.total, "length": motions.length(plan.path) if plan.solved else 0.0, "found": found,
+        "collided": collided, "repaired": plan.repairs != 0, "solved": plan.solved,
+        "verified_against": plan.verify_against,
         "coal": coal_hits(problem.scene, plan.path) if coal and plan.solved else -1,
     }  # fmt: skip
 
@@ -141,29 +142,15 @@ def _known(variant: str) -> str:
     return variant
 
 
-def table_2(variants=("octree", "predicted 5 deg"), runs: int = RUNS, planner: str = "RRT") -> Iterator[dict]:
-    """Yield the rows of Table 2's experiment: SEQUENCES problems, so many runs each, the methods in turns."""
-    for sequence, problem in enumerate(problems(SEQUENCES), start=1):
-        for seed in range(runs):
-            for variant in variants:
-                yield {"sequence": sequence, **run(problem, variant, seed, planner)}
-
-
-def shared(seed: int, queries: int = 100, resolution_deg: float = 5, method: str = "lookup",
-           planner: str = "wavefront", **options) -> dict | None:  # fmt: skip
-    """Answer many queries in one scene with one map; return mean CPU time a query [s], map included, and counts.
-
-    None when the scene has too few problems. `prepare` is done once, by the scene's voxels.
-    """
-    asked = pairs(seed, queries)
-    if len(asked) < queries:
-        return None
-    prepared = prepare(random_scene(seed), method=method, resolution_deg=resolution_deg, **options)
+def shared(asked: list[Problem], variant: str, planner: str = "wavefront", **options) -> dict:
+    """Answer many problems of one scene with one map; return mean CPU time a query [s], map included, and counts."""
+    queries, seed = len(asked), asked[0].seed
+    prepared = prepare(random_scene(seed), **VARIANTS[_known(variant)] | options)
     plans = [planning.query(prepared, one.start, one.goal, seed=i, planner=planner) for i, one in enumerate(asked)]
     stages = {name: sum(plan.seconds[name] for plan in plans) for name in ("search", "verify", "repair")}
     total = prepared.seconds["map"] + sum(stages.values())
     return {
-        "scene": seed, "method": method, "planner": planner, "queries": queries, "each": total / queries,
+        "scene": seed, "variant": variant, "planner": planner, "queries": queries, "each": total / queries,
         "map": prepared.seconds["map"], **stages, "solved": sum(plan.solved for plan in plans),
         "repaired": sum(plan.repairs != 0 for plan in plans),
     }  # fmt: skip
