@@ -114,10 +114,12 @@ def read(recipe: Recipe, split: str, count: int, folder: Path | None = None) -> 
     """
     wanted, (voxels, cspaces) = seeds(split, count), _recipe(recipe).columns
     folders = (paths.results() / "vox2c", paths.DATA / "vox2c") if folder is None else (Path(folder),)
-    rows = {
-        column: np.concatenate([_read_chunk(folders, column, width, first) for first in _chunks(wanted)])[:count]
-        for column, width in recipe.columns.items()
-    }
+    rows = {}
+    for column, width in recipe.columns.items():
+        rows[column] = np.empty((count, width), dtype=np.uint8)
+        for first in _chunks(wanted):
+            place = slice(first - wanted.start, min(first - wanted.start + CHUNK, count))
+            rows[column][place] = _read_chunk(folders, column, width, first)[: place.stop - place.start]
     return Pairs(recipe, np.arange(wanted.start, wanted.stop), rows[voxels], rows[cspaces])
 
 

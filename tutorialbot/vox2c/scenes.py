@@ -59,7 +59,7 @@ class BoxScene:
                     spec.delete(geom)
         things = {"contype": 2, "conaffinity": 1}
         spec.worldbody.add_geom(
-            name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.6, 1.6, 0.1], group=1, rgba=FLOOR, **things
+            name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.15, 1.15, 0.1], group=1, rgba=FLOOR, **things
         )
         for i, box in enumerate(self.boxes):
             colour = [*COLOURS[i % len(COLOURS)], 1.0]
