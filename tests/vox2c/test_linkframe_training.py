@@ -90,10 +90,18 @@ def test_groups_hold_every_pose_once():
 
 
 def test_the_seeds_of_training_meet_no_others():
-    ranges = [(linkframe_data.TRAINING, linkframe_data.VALIDATION), (linkframe_data.EVALUATION, None)]
-    assert linkframe_data.TRAINING + 99 * linkframe_data.SPAN < linkframe_data.VALIDATION < linkframe_data.EVALUATION
-    for first in dataset.SPLITS.values():
-        assert first + dataset.LARGEST < ranges[0][0]
+    """Nor the data set's."""
+    last = linkframe_data.TRAINING + 100 * linkframe_data.SPAN
+    assert last <= linkframe_data.VALIDATION < linkframe_data.EVALUATION - training.VALIDATED
+    assert all(first + dataset.LARGEST < linkframe_data.TRAINING for first in dataset.SPLITS.values())
+
+
+@pytest.mark.parametrize(
+    "changes", [{"seed": 100}, {"fresh": 7}, {"steps": 0}, {"rate": 0.0}, {"source": "x"}, {"kind": "x"}]
+)
+def test_settings_out_of_range_are_refused(changes):
+    with pytest.raises(ValueError, match=next(iter(changes))):
+        replace(TINY, **changes)
 
 
 def test_it_learns(tmp_path):

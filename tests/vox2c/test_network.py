@@ -6,7 +6,7 @@ import torch
 
 from tutorialbot.errors import BrokenFile, InvalidValue
 from tutorialbot.runs import RunRecord
-from tutorialbot.vox2c import network, weights
+from tutorialbot.vox2c import linkframe, network, weights
 
 WIDTH = 1 / 32
 
@@ -139,3 +139,10 @@ def test_weights_that_do_not_fit_their_record_are_refused(tmp_path, changes):
     stored(tmp_path, **changes)
     with pytest.raises(BrokenFile, match="tiny"):
         network.load("tiny", tmp_path)
+
+
+def test_one_call_loads_either_kind():
+    one = network.load("linkframe-raster")
+    assert isinstance(one, linkframe.Predictor) and one.predict(np.zeros((32, 32, 32)), 10).shape == (36, 36)
+    with pytest.raises(InvalidValue, match="'linkframe-raster'"):
+        network.load("nothing")

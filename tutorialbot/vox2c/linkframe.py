@@ -33,6 +33,7 @@ PHASES = 10  # features of a pose beside the samples
 PAD = 2  # cells of zeros around the maps: sampled points may lie a little outside the grid
 CHUNK = 1024  # poses judged at once
 CERTAIN = 0.999  # a row that link 2 blocks so surely is not looked at again for link 3
+FINEST = 0.5  # [deg]
 SIZES = (32, 64)  # a row of voxels must fit into a word
 
 
@@ -121,7 +122,7 @@ def footprints(n: int, size: int, bar: tuple[float, float, float], link: int) ->
 
 def culled_cspace(voxels: np.ndarray, resolution_deg: float, design: Design) -> np.ndarray:
     """Return where the cull does *not* call the arm free, bool (n, n); with no outset the octree's own C-space."""
-    n = cells(resolution_deg)
+    n, voxels = cells(resolution_deg), check_voxels(voxels, design.size)
     found = np.zeros((n, n), dtype=bool)
     for link in (0, 1):
         occupied = kernels.occupied_words(voxels, *design.cull_layers(link))
@@ -142,7 +143,7 @@ def perceptron(features: np.ndarray, layers: list[tuple[np.ndarray, np.ndarray]]
         np.maximum(features, 0.0, out=features)
     weight, bias = layers[-1]
     logits = (features @ weight)[:, 0] + bias[0]
-    return 1.0 / (1.0 + np.exp(-logits))
+    return 0.5 * (1.0 + np.tanh(0.5 * logits))  # the sigmoid, without overflow
 
 
 class Predictor:
@@ -204,9 +205,12 @@ class Predictor:
     def predict(self, voxels: np.ndarray, resolution_deg: float) -> np.ndarray:
         """Return the probability of collision, float32 (n, n), axes and cells as in `labels.exact_cspace`.
 
-        voxels: (size, size, size), binary. Raises InvalidValue for others, and when the resolution does not divide 360.
+        voxels: (size, size, size), binary. Raises InvalidValue for others, and for a resolution that does not divide
+        360 or is below FINEST.
         """
         design, n = self.design, cells(resolution_deg)
+        if resolution_deg < FINEST:
+            raise InvalidValue("resolution_deg", resolution_deg, f"at least {FINEST} degrees: the tables grow too large")
         voxels = check_voxels(voxels, design.size)
         theta1, phi, elbows = grid_poses(n)
         maps = self.maps(voxels)

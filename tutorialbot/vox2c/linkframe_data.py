@@ -1,6 +1,6 @@
 """What the link-frame predictor learns from: fresh random scenes at every step, postures that the cull leaves, labels.
 
-A fixed set of scenes is learned by heart (20,000 were), so scenes are drawn anew all the time. Their seeds begin at
+A fixed set of scenes would be learned by heart, so scenes are drawn anew all the time. Their seeds begin at
 TRAINING, those of validation at VALIDATION, those of the evaluation at EVALUATION: no test or benchmark uses them.
 """
 
@@ -10,12 +10,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from tutorialbot.errors import InvalidValue, one_of, positive, whole_number
 from tutorialbot.seeding import make_rng
 from tutorialbot.vox2c import kernels as exact_kernels
 from tutorialbot.vox2c import linkframe
 from tutorialbot.vox2c import linkframe_kernels as kernels
 from tutorialbot.vox2c.arm import BAR, DOMAIN, ELBOW, JOINT_1, SLABS
-from tutorialbot.vox2c.grids import voxelize
+from tutorialbot.vox2c.grids import SOURCES, voxelize
+from tutorialbot.vox2c.labels import KINDS
 from tutorialbot.vox2c.scenes import BoxScene, random_scene
 
 TRAINING, VALIDATION, EVALUATION = 1_000_000_000, 2_000_000_000, 3_000_000_000
@@ -39,6 +41,17 @@ class Settings:
     rate: float = 3e-3
     decay: float = 1e-4
     start: str = ""  # weights to begin with
+
+    def __post_init__(self):
+        one_of("source", self.source, SOURCES)
+        one_of("kind", self.kind, KINDS)
+        for name in ("steps", "scenes", "fresh"):
+            whole_number(name, getattr(self, name), 1)
+        positive("rate", self.rate)
+        if whole_number("seed", self.seed) >= (VALIDATION - TRAINING) // SPAN:
+            raise InvalidValue("seed", self.seed, f"less than {(VALIDATION - TRAINING) // SPAN}")
+        if self.fresh > self.scenes or self.fresh * self.steps > SPAN:
+            raise InvalidValue("fresh", self.fresh, f"at most scenes = {self.scenes}, and {SPAN} in all steps")
 
 
 @dataclass(frozen=True)

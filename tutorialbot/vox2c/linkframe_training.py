@@ -75,8 +75,10 @@ def step_loss(model: LinkFrameNet, data: Sample) -> Tensor:
     return total / max(count, 1.0)
 
 
-SHELL = linkframe.Design(outset=0.02, spread=1)
+SHELL = linkframe.Design(outset=0.02, spread=1)  # shells lack undersides: what is near is looked at too
 FINE = linkframe.Design(size=64, along=(-0.075, 0.525, 13), across=(-0.075, 0.075, 6))
+# Octree labels need no network: the cull without outset is the answer (a test shows it). With a wider one there is
+# something to learn.
 PRESETS = {
     "linkframe-raster": Settings(linkframe.Design()),
     "linkframe-shell": Settings(SHELL, source="cameras", start="linkframe-raster", rate=1.5e-3, steps=700, fresh=32),
