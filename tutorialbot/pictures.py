@@ -3,8 +3,10 @@
 import io
 
 import numpy as np
+from matplotlib.figure import Figure
 from PIL import Image
 
+from tutorialbot import plots_cspace
 from tutorialbot.bo.objective import DoorTask
 from tutorialbot.bo.search import DoorRun, open_door
 from tutorialbot.cleaning import CleaningRun, plan
@@ -13,9 +15,14 @@ from tutorialbot.scene.door import Door
 from tutorialbot.scene.room import ROOMS
 from tutorialbot.scene.simulation import Settings
 from tutorialbot.viewers import MujocoView, Scene
+from tutorialbot.vox2c import experiments, labels, motions, planning
+from tutorialbot.vox2c.arm import forward_kinematics
+from tutorialbot.vox2c.scenes import BoxScene
 
 CLEANED = [[0.2, 0.2], [1.7, 0.2], [1.7, 1.4], [0.2, 1.4]]  # of the spare room [m]
 CLEANING_VIEW = (-1.3, -1.7, 2.6), (1.4, 1.2, 0.25)
+SCENE = 27  # the one that notebook 3 looks at
+ARM_VIEW = (1.6, -2.3, 2.1), (0.0, 0.0, 1.2)
 CAMERA, TARGET = (1.9, -0.9, 2.0), (-0.24, -0.25, 0.68)
 SMOOTHING = 2  # drawn this many times larger, then averaged
 
@@ -49,8 +56,29 @@ def cleaning(run: CleaningRun, width: int = 960, height: int = 540) -> Image.Ima
     return drawn.convert("RGB").resize((width, height), Image.Resampling.LANCZOS)
 
 
+def cspace(scene: BoxScene, path: np.ndarray, width: int = 960, height: int = 540) -> Image.Image:
+    """Return an arm of paper 3 among its boxes, with a path (k, 2) [rad] of it, beside its C-space with the same path."""
+    camera, target = ARM_VIEW
+    stage, model = Scene(camera=camera, target=target), scene.model()
+    fine, _ = motions.densify(path, 0.01)
+    for i, share in enumerate((0.0, 0.35, 0.65, 1.0)):
+        view = MujocoView(model, stage, prefix=f"arm_{i}", opacity=1.0 if share in (0.0, 1.0) else 0.35)
+        view.update(fine[round(share * (len(fine) - 1))])
+    stage.add_path(forward_kinematics(fine)[:, 2], 0xD62728, radius=0.008)
+    left = Image.open(io.BytesIO(stage.png(width=SMOOTHING * (width - height), height=SMOOTHING * height)))
+    figure = Figure(figsize=(height / 100, height / 100), dpi=100 * SMOOTHING, layout="constrained")
+    ax = figure.add_subplot()
+    plots_cspace.plot_cspace(ax, labels.exact_cspace(scene, 1))
+    plots_cspace.plot_path(ax, path, colour="#d62728")
+    right = io.BytesIO()
+    figure.savefig(right)
+    both = Image.new("RGB", (SMOOTHING * width, SMOOTHING * height), "white")
+    both.paste(left.convert("RGB"), (0, 0)), both.paste(Image.open(right).convert("RGB"), (left.width, 0))
+    return both.resize((width, height), Image.Resampling.LANCZOS)
+
+
 def main() -> None:
-    """Search a door, clean a part of a room, and write the pictures of both."""
+    """Search a door, clean a part of a room, plan among boxes, and write the pictures of all three."""
     ours = Door()
     folder = DATA / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
@@ -58,6 +86,9 @@ def main() -> None:
     picture.save(folder / "door.png", optimize=True)
     cleaned = plan(CLEANED, room=ROOMS["spare room"], seed=1)
     cleaning(cleaned).save(folder / "cleaning.png", optimize=True)
+    (problem,) = experiments.pairs(SCENE, 1)
+    planned = planning.plan(problem.scene, problem.start, problem.goal, planner="wavefront", seed=1)
+    cspace(problem.scene, planned.path).save(folder / "cspace.png", optimize=True)
 
 
 if __name__ == "__main__":
