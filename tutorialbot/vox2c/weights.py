@@ -40,7 +40,7 @@ def training_versions() -> dict[str, str]:
 
 
 def write_then_rename(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` make a file that is then renamed, so `path` is never half a file; raises BrokenFile when it cannot."""
+    """Let `write` make a file that is then renamed, so `path` is never half a file; raises BrokenFile if it fails."""
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
