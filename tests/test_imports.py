@@ -19,7 +19,7 @@ LEVELS = (
     {"bo", "ik", "vox2c"},
     {"cleaning"},
     {"viewers", "plots", "plots_door", "plots_arm", "report", "checks", "studies", "headless", "stripping"}
-    | {"bench", "door_bench", "ga_bench", "vox2c_bench"},
+    | {"bench", "door_bench", "ga_bench", "vox2c_bench", "trainings"},
     {"doctor", "pictures"},
     {"commands"},
 )

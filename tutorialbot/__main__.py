@@ -12,10 +12,11 @@ VERBS = {
     "doctor": "check this machine, one line each, and say what to do",
     "report": "print the table paper vs ours for every finished notebook (--write: refresh README.md)",
     "bench": "measure, and write JSON: `bench door` (further options go to the benchmark)",
+    "train": "train a network of paper 3: `train vox2c`, `train linkframe` (further options go to the training)",
     "grade": "mark a folder of students' submissions: `grade FOLDER` (further options go to the grader)",
     "strip": "remove outputs from the notebooks, as it must be before a commit",
 }
-HANDING_ON = ("lab", "bench", "grade")  # options that are not ours go to the program behind the verb
+HANDING_ON = ("lab", "bench", "train", "grade")  # options that are not ours go to the program behind the verb
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -31,13 +32,14 @@ def make_parser() -> argparse.ArgumentParser:
     made["run"].add_argument("--fresh", action="store_true", help="run again what is already done")
     made["report"].add_argument("--write", action="store_true", help="refresh the table in README.md")
     made["bench"].add_argument("name", metavar="NAME", help="which benchmark: door")
+    made["train"].add_argument("name", metavar="NAME", help="which network: vox2c, linkframe")
     made["grade"].add_argument("folder", metavar="FOLDER", help="one file or folder for each student")
     return parser
 
 
 def main(argv: "list[str]") -> int:
     """Set up if needed, go inside the environment, do what `argv` says; returns the exit status."""
-    own = argv[:2] if argv[:1] in (["bench"], ["grade"]) else argv
+    own = argv[:2] if argv[:1] in (["bench"], ["train"], ["grade"]) else argv
     options, further = make_parser().parse_known_args(own)
     further += argv[len(own) :]
     if further and options.verb not in HANDING_ON:

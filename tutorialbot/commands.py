@@ -167,6 +167,13 @@ def bench(options: argparse.Namespace, further: list[str]) -> int:
     return bench.main([options.name, *further]) or 0
 
 
+def train(options: argparse.Namespace, further: list[str]) -> int:
+    """Hand over to the training called `options.name`; tutorialbot.trainings knows which exist."""
+    from tutorialbot import trainings
+
+    return trainings.main([options.name, *further])
+
+
 def grade(options: argparse.Namespace, further: list[str]) -> int:
     """Hand over to the grader, which lies with the exercises' solutions under tests/."""
     command = [sys.executable, str(ROOT / "tests" / "grading.py"), options.folder, *further]
@@ -187,7 +194,7 @@ def run_verb(options: argparse.Namespace, further: list[str]) -> int:
     """Do what was asked; returns the exit status."""
     from tutorialbot.errors import TutorialbotError
 
-    verbs = {f.__name__: f for f in (lab, test, run, doctor, report, bench, grade, strip)}
+    verbs = {f.__name__: f for f in (lab, test, run, doctor, report, bench, train, grade, strip)}
     try:
         return verbs[options.verb](options, further)
     except TutorialbotError as error:
