@@ -18,8 +18,8 @@ LEVELS = (
     {"scene"},
     {"bo", "ik", "vox2c"},
     {"cleaning"},
-    {"viewers", "plots", "plots_door", "plots_arm", "plots_cspace", "report", "checks", "studies", "headless", "stripping"}
-    | {"bench", "door_bench", "ga_bench", "vox2c_bench", "trainings"},
+    {"viewers", "plots", "plots_door", "plots_arm", "plots_cspace", "report", "checks", "studies", "headless"}
+    | {"stripping", "bench", "door_bench", "ga_bench", "vox2c_bench", "trainings"},
     {"doctor", "pictures"},
     {"commands"},
 )

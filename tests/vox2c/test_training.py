@@ -108,3 +108,9 @@ def test_a_step_in_parts_is_the_same_step(pairs, tmp_path, monkeypatch):
     for losses, weight in found[1:]:
         assert losses == pytest.approx(found[0][0], rel=1e-4)
         assert torch.allclose(weight, found[0][1], atol=2e-4)
+
+
+def test_a_checkpoint_that_cannot_be_written_is_named(pairs, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BrokenFile, match="cannot be written"):
+        next(training.train(*pairs, TINY, tmp_path / "file"))

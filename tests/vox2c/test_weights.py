@@ -72,3 +72,9 @@ def test_other_shapes_are_refused_with_both_named(change):
     expected = {name: shape for name, shape in (shapes | change).items() if shape}
     with pytest.raises(BrokenFile, match=rf"tensor {next(iter(change))} has shape .*expected"):
         weights.check_shapes("one", TENSORS, expected)
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BrokenFile, match="cannot be written"):
+        weights.save(TENSORS, record(), tmp_path / "file" / "deeper")

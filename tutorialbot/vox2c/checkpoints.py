@@ -6,7 +6,7 @@ from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save as serialize
+from safetensors.torch import save_file
 
 from tutorialbot.errors import BrokenFile
 from tutorialbot.vox2c.weights import write_then_rename
@@ -21,10 +21,10 @@ def save(path: Path, model: torch.nn.Module, optimizer: torch.optim.Optimizer, h
     """Write a checkpoint, so that `path` is never half of one; header and state are plain data (JSON)."""
     tensors = {f"model.{key}": tensor.detach().cpu().contiguous() for key, tensor in model.state_dict().items()}
     for i, moments in optimizer.state_dict()["state"].items():
-        tensors |= {f"optimizer.{i}.{key}": torch.as_tensor(value).cpu().clone() for key, value in moments.items()}
+        tensors |= {f"optimizer.{i}.{key}": torch.as_tensor(value).cpu().contiguous() for key, value in moments.items()}
     rates = [group["lr"] for group in optimizer.param_groups]
     notes = {"header": json.dumps(header), "state": json.dumps(state), "rates": json.dumps(rates)}
-    write_then_rename(path, serialize(tensors, notes))
+    write_then_rename(path, lambda part: save_file(tensors, part, notes))  # straight from memory: it may be 0.4 GB
 
 
 def restore(path: Path, model: torch.nn.Module, optimizer: torch.optim.Optimizer, header: dict) -> dict[str, Any]:

@@ -210,7 +210,7 @@ class Predictor:
         """
         design, n = self.design, cells(resolution_deg)
         if resolution_deg < FINEST:
-            raise InvalidValue("resolution_deg", resolution_deg, f"at least {FINEST} degrees: the tables grow too large")
+            raise InvalidValue("resolution_deg", resolution_deg, f"at least {FINEST}: finer tables are too large")
         voxels = check_voxels(voxels, design.size)
         theta1, phi, elbows = grid_poses(n)
         maps = self.maps(voxels)

@@ -84,7 +84,8 @@ def prepare(
     elif method == "exact_map":
         tests = by_map(labels.exact_cspace(scene, resolution))
     elif method == "lookup":
-        tests = by_map(lookup.lookup_cspace(voxels, resolution, inset=lookup.INSETS[source, len(voxels)]))
+        inset = lookup.INSETS.get((source, len(voxels)), 0.0)  # none known: voxels as they are
+        tests = by_map(lookup.lookup_cspace(voxels, resolution, inset=inset))
     else:
         tests = by_map(predicted_cspace(model, voxels, resolution, threshold))
     mapped = time.process_time()

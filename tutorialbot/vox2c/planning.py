@@ -147,11 +147,21 @@ def search(prepared: Prepared, start, goal, planner: str, seed: int, iterations:
     if planner == "wavefront":
         wide = fields.path(prepared.wide, start, goal, planner)
         return wide if len(wide) else fields.path(cspace, start, goal, planner)
+    if motions.distance(start, goal) <= planning_ompl.RANGE and _straight(prepared, start, goal):
+        return continuous([start, goal])
     if planner == "PRM":
         return planning_ompl.roadmap(prepared.state, prepared.motion, start, goal, seed, iterations or ITERATIONS)
     count = iterations or (ITERATIONS_STAR if planner == "RRTstar" else ITERATIONS)
     hopeless = None if cspace is None else lambda: not len(fields.path(cspace, start, goal))
     return planning_ompl.tree(prepared.state, prepared.motion, start, goal, planner, seed, count, hopeless)
+
+
+def _straight(prepared: Prepared, start, goal) -> bool:
+    """Say whether the method takes the straight way for free: within reach of one branch, a planner need not wander."""
+    if prepared.motion is not None:
+        return not prepared.motion(*start, *goal)
+    points, _ = motions.densify(continuous([start, goal]))
+    return not any(prepared.state(*q) for q in points)
 
 
 # -- repair ----------------------------------------------------------------------------------------------------------

@@ -61,7 +61,7 @@ def _information(blocked_state, blocked_motion) -> base.SpaceInformation:
 def _problem(information: base.SpaceInformation, start, goal) -> base.ProblemDefinition:
     problem = base.ProblemDefinition(information)
     states = []
-    for q in (start, goal):
+    for q in wrap([start, goal]):  # an angle beyond +-pi is out of bounds for OMPL, and searches may never end
         state = information.allocState()
         state[0].value, state[1].value = float(q[0]), float(q[1])
         states.append(state)

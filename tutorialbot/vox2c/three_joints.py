@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tutorialbot.errors import finite_array, whole_number
+from tutorialbot.errors import InvalidValue, finite_array
 from tutorialbot.vox2c import kernels
 from tutorialbot.vox2c.arm import BAR, ELBOW, JOINT_1, OFFSET, SLABS
 from tutorialbot.vox2c.kernels import compiled
@@ -19,7 +19,6 @@ from tutorialbot.vox2c.scenes import BoxScene
 
 SLAB = (SLABS[1][0] + OFFSET, SLABS[1][1] + OFFSET)  # where the third bar lies along y [m]
 BYTES = 1  # of a cell
-LARGEST = 720  # cells along an angle
 
 
 @compiled
@@ -61,7 +60,9 @@ def exact_cspace_3(scene: BoxScene, resolution_deg: float = 5) -> np.ndarray:
     Cell k of each axis is the angle -180 + k * resolution_deg degrees; theta3 is relative to the second bar. n must be
     even. Raises InvalidValue when the resolution does not divide 180 degrees.
     """
-    n = whole_number("cells along an angle", cells(resolution_deg), 2)
+    n = cells(resolution_deg)
+    if n % 2:
+        raise InvalidValue("resolution_deg", resolution_deg, "a number of degrees that divides 180")
     plane, (sines, cosines) = exact_cspace(scene, resolution_deg), _directions(n)
     return _third(plane, _rectangles(scene), sines, cosines, BAR)
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib import metadata
@@ -38,15 +39,15 @@ def training_versions() -> dict[str, str]:
     return versions() | {package: metadata.version(package) for package in PACKAGES}
 
 
-def write_then_rename(path: Path, content: bytes) -> None:
-    """Write `content` so that `path` is never half a file; raises BrokenFile when that cannot be done."""
+def write_then_rename(path: Path, write: Callable[[Path], object]) -> None:
+    """Let `write` make a file that is then renamed, so `path` is never half a file; raises BrokenFile if it fails."""
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(content)
+        write(part)
         os.replace(part, path)
-    except OSError as error:
-        raise BrokenFile(f"{path}: cannot be written: {error.strerror}") from None
+    except (OSError, SafetensorError) as error:
+        raise BrokenFile(f"{path}: cannot be written: {getattr(error, 'strerror', error)}") from None
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
@@ -66,7 +67,7 @@ def save(tensors: dict[str, np.ndarray], record: RunRecord, folder: Path = FOLDE
     content = serialize(stored)
     path = folder / f"{record.name}.safetensors"
     values = record.values | {"sha256": hashlib.sha256(content).hexdigest(), "bytes": len(content)}
-    write_then_rename(path, content)
+    write_then_rename(path, lambda part: part.write_bytes(content))
     replace(record, values=values).save(path.with_suffix(".json"))
     return path
 
