@@ -7,7 +7,7 @@ import torch
 from scipy.ndimage import distance_transform_edt
 
 from tests.exercises.sets import SOLUTIONS
-from tutorialbot.checks import cspace_descent, cspace_grids, cspace_motion, cspace_numbers
+from tutorialbot.checks import cspace_descent, cspace_grids, cspace_motion, cspace_numbers, cspace_rectangles
 from tutorialbot.checks.counting import packages_called
 from tutorialbot.seeding import make_rng
 from tutorialbot.vox2c import arm, grids
@@ -15,7 +15,7 @@ from tutorialbot.vox2c.scenes import random_scene
 
 
 def test_rectangles_meet_where_coal_says_so():
-    a, b = (np.array(r) for r in cspace_grids._draw(make_rng(41), 3000, (np.pi, np.pi)))
+    a, b = (np.array(r) for r in cspace_rectangles._draw(make_rng(41), 3000, (np.pi, np.pi)))
     seen = []
     for pair in zip(a, b, strict=True):
         placed = []
@@ -24,12 +24,12 @@ def test_rectangles_meet_where_coal_says_so():
             turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
             placed += [coal.Box(2 * wide, 1.0, 2 * long), coal.Transform3s(turn, np.array([x, 0.0, z]))]
         seen.append(coal.collide(*placed, coal.CollisionRequest(), coal.CollisionResult()) > 0)
-    assert (np.array(seen) == (cspace_grids.overlap(a, b) > 0)).all()
+    assert (np.array(seen) == (cspace_rectangles.overlap(a, b) > 0)).all()
     assert 0.3 < np.mean(seen) < 0.9
 
 
 def test_the_pairs_that_touch_do_but_for_rounding():
-    depth = cspace_grids.overlap(*cspace_grids._touching(make_rng(42), 500))
+    depth = cspace_rectangles.overlap(*cspace_rectangles._touching(make_rng(42), 500))
     assert np.abs(depth).max() < 1e-12 and (depth > 0).any() and (depth < 0).any()
 
 

@@ -171,19 +171,29 @@ def meet_on_the_axes_of_the_first(a, b):
     return _meet(a, b, axes=(0, 1))
 
 
-@wrong("turned_rectangles_meet", "both turned")
+@wrong("turned_rectangles_meet", "one turned")
 def meet_on_the_axes_of_the_notebook(a, b):
-    """One turned, one upright: the first as it is, the second seen along x and z."""
-    c, d = (np.array(_corners(r)) for r in np.broadcast_arrays(a, b))
-    upright = ((c.max(axis=0) > d.min(axis=0) + 1e-9) & (d.max(axis=0) > c.min(axis=0) + 1e-9)).all(axis=0)
-    turned = a[:, 4] != 0
-    return np.where(turned, _meet(a, b, axes=(0, 1)), _meet(a, b, axes=(2, 3))) & upright
+    """The first one's own and the upright ones, as if the second were not turned."""
+    return _meet(a, b, axes=(0, 1)) & _meet(a, b * [1, 1, 1, 1, 0], axes=(2, 3))
+
+
+@wrong("turned_rectangles_meet", "one turned")
+def meet_on_three_axes(a, b):
+    return _meet(a, b, axes=(0, 1, 2))
 
 
 @wrong("turned_rectangles_meet", "both turned")
-def meet_on_three_axes(a, b):
-    """Short of the direction across the second."""
-    return _meet(a, b, axes=(0, 1, 2)) & (_meet(a, b) | ((a[:, 4] != 0) & (b[:, 4] != 0)))
+def meet_with_the_sum_of_the_angles(a, b):
+    """Right as long as one of both is not turned."""
+    a, b = np.broadcast_arrays(a, b)
+    c, s, apart = np.abs(np.cos(a[:, 4] + b[:, 4])), np.abs(np.sin(a[:, 4] + b[:, 4])), a[:, :2] - b[:, :2]
+    found = np.ones(len(a), dtype=bool)
+    for own, other in ((a, b), (b, a)):
+        u, v = np.sin(own[:, 4]), np.cos(own[:, 4])
+        long, wide = other[:, 2] * c + other[:, 3] * s, other[:, 2] * s + other[:, 3] * c
+        found &= np.abs(apart[:, 0] * u + apart[:, 1] * v) < own[:, 2] + long - 1e-9
+        found &= np.abs(apart[:, 0] * v - apart[:, 1] * u) < own[:, 3] + wide - 1e-9
+    return found
 
 
 @wrong("turned_rectangles_meet", "one turned")
@@ -220,9 +230,9 @@ def meet_as_rounding_has_it(a, b):
     return _meet(a, b, strict=True)
 
 
-@wrong("turned_rectangles_meet", "both turned")
+@wrong("turned_rectangles_meet", "touching")
 def meet_by_enough(a, b):
-    return _meet(a, b, slack=1e-3) | ((a[:, 4] == 0) | (b[:, 4] == 0)) & _meet(a, b)
+    return _meet(a, b, slack=1e-7)
 
 
 @wrong("turned_rectangles_meet", "lines and points")

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from tutorialbot.checks.counting import lines_run
 from tutorialbot.checks.cspace_grids import SEED
-from tutorialbot.checks.guard import Student, Wrong, case
+from tutorialbot.checks.guard import Student, Wrong
 from tutorialbot.checks.mechanism import Exercise
 from tutorialbot.seeding import make_rng
 from tutorialbot.vox2c import labels
@@ -76,6 +76,12 @@ class Trial:
     price: np.ndarray
     goal: tuple[int, int]
 
+    def __str__(self) -> str:
+        walls, n = np.argwhere(self.blocked).tolist(), len(self.blocked)
+        some = f", the first ones {walls[:4]}" if walls else ""
+        prices = f"prices from {self.price.min():.4g} to {self.price.max():.4g}"
+        return f"\non a map of {n} x {n} cells, {len(walls)} blocked{some}; {prices}, goal {list(self.goal)}"
+
 
 def serpentine(n: int) -> np.ndarray:
     """Return a map (n, n) of one long corridor: a wall every other row, open at one end and then at the other."""
@@ -117,9 +123,7 @@ def simple_trials() -> Iterator[Trial]:
     for turn in range(4):
         goal = [(8, 0), (0, 11), (11, 19), (19, 8)][turn]
         yield Trial("trap", reason, np.rot90(trap, -turn), np.ones((20, 20)), goal)
-    reason = (
-        "Between two blocked cells that share a corner nothing passes: the arm between two postures would hit both."
-    )
+    reason = "Between two blocked cells that share a corner nothing passes: on its way the arm sweeps over both."
     for gaps, goal in (((), (2, 3)), ((7,), (2, 3)), ((2, 9), (12, 1))):
         yield Trial("corners", reason, diagonals(16, gaps), np.ones((16, 16)), goal)
     pocket = np.zeros((14, 14), dtype=bool)
@@ -148,36 +152,35 @@ def arm_trials() -> Iterator[Trial]:
         yield Trial("worth its price", reason, blocked, near_obstacles(blocked, 15.0, 2.5), goal)
 
 
-def _heights(answer: object, shape: tuple[int, int], inputs: tuple) -> np.ndarray:
-    """Return the answer as a float array of `shape` without NaN, or raise Wrong."""
+def _heights(answer: object, trial: Trial) -> np.ndarray:
+    """Return the answer as a float array (n, n) without NaN, or raise Wrong."""
     try:
         values = np.array(answer, dtype=float)
     except Exception:  # whatever the answer is made of
         values = np.empty(0)
-    if values.shape != shape:
-        raise Wrong("shape of the answer", f"expected a value for each of {shape[0]} x {shape[1]} cells{case(inputs)}")
+    if values.shape != trial.blocked.shape:
+        raise Wrong("shape of the answer", f"expected a number for each cell{trial}")
     if np.isnan(values).any():
-        raise Wrong("finite numbers", f"there is a NaN among the values: infinity says that no way leads{case(inputs)}")
+        raise Wrong("finite numbers", f"there is a NaN among the values: infinity says that no way leads{trial}")
     return values
 
 
 def _judge_map(trial: Trial, answer: object) -> None:
     blocked, goal = trial.blocked, trial.goal
-    inputs = (blocked, trial.price, goal)
-    values, best = _heights(answer, blocked.shape, inputs), cheapest(*inputs)
+    values, best = _heights(answer, trial), cheapest(blocked, trial.price, goal)
     reached = np.isfinite(best)
 
     def reject(check: str, where: np.ndarray, told: str) -> None:
         if where.any():
             place = np.argwhere(where)[0].tolist()
-            raise Wrong(check, f"{trial.reason}\nAt the cell {place} {told}; so at {where.sum()} cells{case(inputs)}")
+            raise Wrong(check, f"{trial.reason}\nAt the cell {place} {told}; so at {where.sum()} cells{trial}")
 
     reject(trial.check, ~reached & (values < np.inf), "the value is not infinity, though no way leads to the goal")
     reject(trial.check, reached & ~np.isfinite(values), "the value is infinite, though a way leads to the goal")
     hollow = reached & (steepest(values, blocked)[0] <= 0.0)
     if reached[goal]:
         if not hollow[goal]:
-            raise Wrong(trial.check, f"{trial.reason}\nThe goal has a lower neighbour{case(inputs)}")
+            raise Wrong(trial.check, f"{trial.reason}\nThe goal has a lower neighbour{trial}")
         hollow[goal] = False
     reject(trial.check, hollow, "no neighbour that may be reached is lower: the descent ends there")
     too_dear = reached & (descents(values, blocked, trial.price, goal) > DEARER * best + 1e-9)

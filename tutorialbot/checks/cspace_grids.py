@@ -1,4 +1,4 @@
-"""Exercises 2 to 4 of notebook 3: rectangles that meet, a link's own angle, and points sorted into voxels.
+"""Exercises 3 and 4 of notebook 3: a link's own angle, and points sorted into voxels; and what checks of grids share.
 
 The references are written here once more, by other formulas than the package's own, so that neither vouches for itself.
 """
@@ -22,18 +22,21 @@ SLACK = 200  # steps of Python by which many may differ from few
 def truths(answer: Any, shape: tuple[int, ...], inputs: tuple) -> np.ndarray:
     """Return the answer as a bool array of `shape`; raises Wrong by "shape of the answer" or "yes or no"."""
     array = numbers(answer, shape, inputs)
-    if not ((array == 0.0) | (array == 1.0)).all():
-        raise Wrong("yes or no", f"the answer holds {show(array)}: True and False are asked for{case(inputs)}")
+    wrong = (array != 0.0) & (array != 1.0)
+    if wrong.any():
+        raise Wrong(
+            "yes or no", f"the answer holds {show(array[wrong][0])}: True and False are asked for{case(inputs)}"
+        )
     return array == 1.0
 
 
-def alike(check: str, answer: np.ndarray, expected: np.ndarray, inputs: tuple, reason: str) -> None:
-    """Raise Wrong by `check` when two bool arrays differ; it says where first, and in how many places."""
+def alike(check: str, answer: np.ndarray, expected: np.ndarray, reason: str, about: str) -> None:
+    """Raise Wrong by `check` when two bool arrays differ; it says where first, and what the case is `about`."""
     wrong = np.argwhere(answer != expected)
     if len(wrong):
         place = tuple(wrong[0].tolist())
         told = f"at {list(place)} yours is {answer[place]}, expected {expected[place]}"
-        raise Wrong(check, f"{reason}\n{told}; {len(wrong)} of {expected.size} are wrong{case(inputs)}")
+        raise Wrong(check, f"{reason}\n{told}; {len(wrong)} of {expected.size} are wrong{about}")
 
 
 def all_at_once(counts: list[tuple[int, int]], what: str, why: str) -> None:
@@ -44,106 +47,6 @@ def all_at_once(counts: list[tuple[int, int]], what: str, why: str) -> None:
             "all at once",
             f"{few} {what} took {before} steps of Python, {many} took {after}: somewhere a loop runs over them. {why}",
         )
-
-
-# --- 2 ----------------------------------------------------------------------------------------------------------------
-TOUCH = 1e-9  # rectangles that overlap by less do but touch [m]
-NEAR = 1e-5  # drawn pairs that are nearer to touching than this are drawn again [m]
-
-
-def overlap(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return how far [m] a must be shifted to touch b only, in the best of four directions, (n,); negative: apart."""
-
-    def corners(rectangle: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        """Corners (4, n) as complex numbers z + i x, as seen by somebody who is turned by `angle`."""
-        x, z, long, wide, own = rectangle.T
-        spread = [s * long + 1j * t * wide for s in (-1, 1) for t in (-1, 1)]
-        return (z + 1j * x + np.array(spread) * np.exp(1j * own)) * np.exp(-1j * angle)
-
-    found = []
-    for angle in (a[:, 4], b[:, 4]):
-        p, q = corners(a, angle), corners(b, angle)
-        for part in (np.real, np.imag):
-            found += [part(p).max(axis=0) - part(q).min(axis=0), part(q).max(axis=0) - part(p).min(axis=0)]
-    return np.min(found, axis=0)
-
-
-def _draw(rng: np.random.Generator, n: int, turns: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return n pairs (n, 5) of which none nearly touches, each turned by up to so much [rad]."""
-    found, missing = np.empty((2, n, 5)), np.ones(n, dtype=bool)
-    while missing.any():
-        low, high = np.array([[-0.3, -0.3, 0.02, 0.02, 0.0], [0.3, 0.3, 0.3, 0.1, 0.0]])
-        for rectangle, turn in zip(found, turns, strict=True):
-            rectangle[missing] = rng.uniform(low, high, (missing.sum(), 5))
-            rectangle[missing, 4] = rng.uniform(-turn, turn, missing.sum())
-        missing = np.abs(overlap(*found)) < NEAR
-    return found[0], found[1]
-
-
-def _touching(rng: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return n pairs side by side on a face of the first one, turned as one: they touch, but for rounding."""
-    a, _ = _draw(rng, n, (3.0, 0.0))
-    b = a.copy()
-    b[:, 2:4] = rng.uniform(0.02, 0.1, (n, 2))
-    shift = (a[:, 2] + b[:, 2] + 1j * rng.uniform(-0.03, 0.03, n)) * np.exp(1j * a[:, 4])
-    b[:, 0] += shift.imag
-    b[:, 1] += shift.real
-    return a, b
-
-
-def _judge_rectangles(student: Student) -> None:
-    rng, full = make_rng(SEED, 2), np.pi
-
-    def trial(check: str, reason: str, a: np.ndarray, b: np.ndarray) -> int:
-        inputs = (a, b)
-        n = max(len(a), len(b)) if len(a) and len(b) else 0
-        expected = overlap(*(np.broadcast_to(r, (n, 5)) for r in inputs)) > TOUCH
-        answer, steps = lines_run(lambda: student(*inputs))
-        answer = truths(answer, (n,), inputs)
-        for i in np.flatnonzero(answer != expected):
-            own = [r[min(int(i), len(r) - 1)] for r in inputs]
-            told = f"yours {answer[i]}, expected {expected[i]} for the pair {show(own[0])}, {show(own[1])}"
-            raise Wrong(check, f"{reason}\n{told}")
-        return steps
-
-    reason = "Not turned, they meet where their intervals in x and in z both overlap; the sizes are HALF the sides."
-    trial("not turned", reason, *_draw(rng, 200, (0.0, 0.0)))
-    reason = "At angle 0 the first half side points along +z, and a positive angle turns it toward +x, as with the arm."
-    trial("one turned", reason, *_draw(rng, 200, (full, 0.0)))
-    trial("one turned", reason, *_draw(rng, 200, (0.0, full)))
-    cross = np.array([[0.1, 0.2, 0.25, 0.025, 0.3]]), np.array([[0.1, 0.2, 0.025, 0.25, 0.3]])
-    trial("a cross", "Two bars that cross have no corner inside each other, and meet.", *cross)
-    reason = "Both are turned: the gap may show on the directions of either."
-    trial("both turned", reason, *_draw(rng, 2000, (full, full)))
-    reason = f"They do but touch when they overlap by less than {TOUCH:g} m: rounding decides nothing."
-    for n in (1, 200):
-        trial("touching", reason, *_touching(rng, n))
-    a, b = _draw(rng, 400, (full, full))
-    a[:200, 3] = b[100:300, 3] = b[300:, 2] = b[350:, 3] = 0.0
-    near = np.abs(overlap(a, b)) < NEAR
-    reason = "Without width it is a line, without both half sides a point: these meet what they pass through inside."
-    trial("lines and points", reason, a[~near], b[~near])
-    a, b = _draw(rng, 30, (full, full))
-    for one, other in ((a[:1], b), (a, b[:1]), (a[:0], b[:0])):
-        trial("one for all", "A single rectangle serves all of the other side; none have none.", one, other)
-    counts = [(n, trial("both turned", reason, *_draw(rng, n, (full, full)))) for n in (40, 2000)]
-    all_at_once(counts, "pairs", "A map at 1 degree has 129,600 postures.")
-
-
-turned_rectangles_meet = Exercise(
-    "turned_rectangles_meet",
-    "do two rectangles meet that are both turned? Many pairs at once.",
-    (
-        "Separating axes: they are apart exactly if their shadows on one of four directions are. Which four are there"
-        " when both are turned?",
-        "Along = (sin angle, cos angle), across = (cos angle, -sin angle), as arrays (n,). Half the shadow of a"
-        " rectangle on an axis: half side times |along . axis| plus half side times |across . axis|.",
-        "Only the difference of the two angles matters for these products: |cos| and |sin| of it. Apart if"
-        " |centres apart . axis| > both half shadows - 1e-9, on any of the four.",
-    ),
-    _judge_rectangles,
-    limit=30.0,
-)
 
 
 # --- 3 ----------------------------------------------------------------------------------------------------------------
@@ -177,8 +80,18 @@ def _judge_own_angles(student: Student) -> None:
         inputs = (second, third)
         expected = own_angles(*inputs) if expected is None else expected
         answer, steps = lines_run(lambda: student(*inputs))
-        alike(check, truths(answer, expected.shape, inputs), expected, inputs, reason)
+        about = "\nfor n = {} and m = {}; link 2 hits at {}, link 3 at {}".format(
+            *third.shape, first(second), first(third)
+        )
+        alike(check, truths(answer, expected.shape, inputs), expected, reason, about)
         return steps
+
+    def first(found: np.ndarray) -> str:
+        """Up to six cells, the first ones."""
+        cells = np.argwhere(found)
+        return (
+            f"{[cell[0] if len(cell) == 1 else cell for cell in cells[:6].tolist()]}{' ...' if len(cells) > 6 else ''}"
+        )
 
     def hits(n: int, m: int, cells: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
         third = np.zeros((n, m), dtype=bool)
@@ -239,7 +152,7 @@ def _judge_voxels(student: Student) -> None:
         inputs = (np.asarray(points, dtype=float).reshape(-1, 3), low, side, shape, least)
         expected = voxel_counts(*inputs[:4]) >= least
         answer, steps = lines_run(lambda: student(*inputs))
-        alike(check, truths(answer, shape, inputs), expected, inputs, reason)
+        alike(check, truths(answer, shape, inputs), expected, reason, case(inputs))
         return steps
 
     def within(n: int, low=corner, side=side, shape=shape) -> np.ndarray:
