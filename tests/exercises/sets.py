@@ -7,10 +7,13 @@ from types import ModuleType
 
 from tests.exercises import (
     right_answers_arm,
+    right_answers_cspace,
     right_answers_door,
     solutions_arm,
+    solutions_cspace,
     solutions_door,
     wrong_answers_arm,
+    wrong_answers_cspace,
     wrong_answers_door,
 )
 from tutorialbot.checks.mechanism import Exercise
@@ -40,6 +43,10 @@ PLANTED = {
     "arm": Planted(
         NOTEBOOKS / "02_cleaning_arm.ipynb", SETS["arm"], solutions_arm, wrong_answers_arm.WRONG,
         right_answers_arm.RIGHT, frozenset({"tip_position", "TILT", "plt"}),
+    ),
+    "cspace": Planted(
+        NOTEBOOKS / "03_vox2c_space.ipynb", SETS["cspace"], solutions_cspace, wrong_answers_cspace.WRONG,
+        right_answers_cspace.RIGHT, frozenset({"bar_meets_box", "cross_entropy", "plt"}),
     ),
 }  # fmt: skip
 EXERCISES = {exercise.name: exercise for planted in PLANTED.values() for exercise in planted.exercises}

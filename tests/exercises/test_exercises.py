@@ -9,7 +9,7 @@ import pytest
 import tutorialbot.bo.objective
 from tests.exercises import solutions_door
 from tests.exercises.sets import EXERCISES, PLANTED, SOLUTIONS, WRONG
-from tutorialbot.checks import arm_optimum, door_motion, door_physics, guard, mechanism
+from tutorialbot.checks import arm_optimum, cspace_descent, door_motion, door_physics, guard, mechanism
 from tutorialbot.errors import InvalidType, InvalidValue
 from tutorialbot.paths import ROOT
 from tutorialbot.scene.door import Door
@@ -22,9 +22,11 @@ def tools(monkeypatch):
         (tutorialbot.bo.objective, "so4_distance"),
         (np.linalg, "norm"),
         (mechanism, "agree"),
+        (mechanism, "numbers"),
         (guard.Tools, "changed"),
         (tutorialbot.bo.objective.DoorTask, "commit"),
         (arm_optimum, "NEAR_POSITION"),
+        (cspace_descent, "DEARER"),
     ):
         monkeypatch.setattr(owner, name, getattr(owner, name))
 
@@ -53,7 +55,7 @@ def test_the_wrong_answer_is_rejected_by_its_check(function, name, check, outcom
     assert len(capsys.readouterr().out) < 3_000
 
 
-@pytest.mark.parametrize(("title", "least"), [("door", 8), ("arm", 7)])
+@pytest.mark.parametrize(("title", "least"), [("door", 8), ("arm", 7), ("cspace", 8)])
 def test_every_exercise_has_a_solution_three_wrong_answers_and_hints(title, least):
     names = [exercise.name for exercise in PLANTED[title].exercises]
     planted = Counter(name for _, name, *_ in PLANTED[title].wrong)

@@ -53,3 +53,25 @@ def lines_run(call: Callable[[], Any]) -> tuple[Any, int]:
     finally:
         sys.settrace(before[0]), sys.setprofile(before[1])
     return answer, steps
+
+
+def packages_called(call: Callable[[], Any]) -> set[str]:
+    """Return the names of the packages of which `call()` calls a function, Python's or compiled."""
+    found: set[str] = set()
+
+    def note(frame, event, called):
+        if event == "call":
+            found.add(str(frame.f_globals.get("__name__")).partition(".")[0])
+        elif event == "c_call":
+            owner = getattr(called, "__self__", None)
+            modules = (getattr(called, "__module__", None), getattr(owner, "__module__", None))
+            modules += (getattr(type(owner), "__module__", None),)
+            found.update(str(name).partition(".")[0] for name in modules if name)
+
+    before = sys.getprofile()
+    sys.setprofile(note)
+    try:
+        call()
+    finally:
+        sys.setprofile(before)
+    return found
