@@ -87,7 +87,7 @@ def main() -> None:
     cleaned = plan(CLEANED, room=ROOMS["spare room"], seed=1)
     cleaning(cleaned).save(folder / "cleaning.png", optimize=True)
     (problem,) = experiments.pairs(SCENE, 1)
-    planned = planning.plan(problem.scene, problem.start, problem.goal, planner="wavefront", seed=1)
+    planned = planning.plan(problem.scene, problem.start, problem.goal, planner="RRTstar", seed=1)
     cspace(problem.scene, planned.path).save(folder / "cspace.png", optimize=True)
 
 
