@@ -75,7 +75,7 @@ def _generations(position, tilt, start, rng, preset, engine, arm) -> Iterator[tu
     """Yield population (n, 7), fitness (n,) and evaluations of each generation, made by `engine`."""
     value = objective(position, tilt, **_readings(preset), arm=arm)
     if engine == "array":
-        for population, values, evaluations in genetic_array.generations(value, start, [rng], preset):
+        for population, values, evaluations in genetic_array.generations(value, start, [rng], preset, arm):
             yield population[0], values[0], evaluations
         return
     from tutorialbot.ik import genetic_deap
@@ -88,7 +88,7 @@ def _generations(position, tilt, start, rng, preset, engine, arm) -> Iterator[tu
         toolbox = genetic_deap.literal(
             lambda q: fitness_scalar(q, *goal, weight=preset.weight, penalty=preset.penalty, arm=arm)
         )
-    yield from genetic_deap.generations(toolbox, start[0], rng, preset)
+    yield from genetic_deap.generations(toolbox, start[0], rng, preset, arm)
 
 
 def first_population(rngs: Sequence, preset: Preset, initial: np.ndarray | None, arm: Arm) -> np.ndarray:
@@ -161,7 +161,7 @@ def _solve_block(positions, tilts, rngs, preset: Preset, arm: Arm) -> list[Genet
     value = objective(positions[:, None], tilts[:, None], **_readings(preset), arm=arm)
     start = first_population(rngs, preset, None, arm)
     best, lowest, seen = np.empty((len(rngs), 7)), np.full(len(rngs), np.inf), []
-    for population, values, evaluations in genetic_array.generations(value, start, rngs, preset):
+    for population, values, evaluations in genetic_array.generations(value, start, rngs, preset, arm):
         better = values[:, 0] < lowest
         best = np.where(better[:, None], population[:, 0], best)
         lowest = np.where(better, values[:, 0], lowest)

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from deap import algorithms, base, tools
 
+from tutorialbot.ik.arm7 import Arm
 from tutorialbot.ik.fitness import Objective
 from tutorialbot.ik.genetic_array import SURVIVORS_OF
 from tutorialbot.ik.genetic_presets import Preset
@@ -48,6 +49,38 @@ def difference(individual: Individual, population: list, factor: float) -> tuple
     return (individual,)
 
 
+def beyond(one: Individual, other: Individual, share: float) -> tuple[Individual, Individual]:
+    """Move both by a random share, 0 to `share`, of the step from the worse to the better; the better one's child first.
+
+    Wright's heuristic crossover (1991).
+    """
+    better, worse = (one, other) if one.fitness >= other.fitness else (other, one)
+    gamma = share * random.random()
+    step = [gamma * (p - q) for p, q in zip(better, worse, strict=True)]
+    for individual in (better, worse):
+        individual[:] = [x + dx for x, dx in zip(individual, step, strict=True)]
+    return better, worse
+
+
+def mirrored(arm: Arm) -> Callable:
+    """Return a decorator of operators: what is beyond a limit is mirrored in it; inside the limits in any case."""
+    limits = list(zip(arm.lower.tolist(), arm.upper.tolist(), strict=True))
+
+    def inside(x: float, low: float, high: float) -> float:
+        return max(low, high - abs(high - low - abs(x - low)))
+
+    def decorate(operator: Callable) -> Callable:
+        def decorated(*individuals, **options) -> tuple:
+            made = operator(*individuals, **options)
+            for individual in made:
+                individual[:] = [inside(x, *limit) for x, limit in zip(individual, limits, strict=True)]
+            return made
+
+        return decorated
+
+    return decorate
+
+
 def batched(value: Objective) -> base.Toolbox:
     """Return a toolbox that evaluates all individuals in one vectorised call of eq. (5), `value`."""
     toolbox = base.Toolbox()
@@ -64,7 +97,7 @@ def literal(value: Callable[[Sequence[float]], float]) -> base.Toolbox:
     return toolbox
 
 
-def register(toolbox: base.Toolbox, preset: Preset) -> None:
+def register(toolbox: base.Toolbox, preset: Preset, arm: Arm) -> None:
     """Register DEAP's operators that `preset` names; the mutation needs the population and waits for each generation.
 
     Survivors are chosen among parents and children, or are the children.
@@ -73,7 +106,9 @@ def register(toolbox: base.Toolbox, preset: Preset) -> None:
         toolbox.register("select", tools.selTournament, tournsize=preset.parents_of)
     else:
         toolbox.register("select", lambda population, n: population)
-    if preset.crossover == "blend":
+    if preset.crossover == "beyond":
+        toolbox.register("mate", beyond, share=preset.beyond)
+    elif preset.crossover == "blend":
         toolbox.register("mate", tools.cxBlend, alpha=preset.blend)
     else:
         toolbox.register("mate", tools.cxTwoPoint)
@@ -81,14 +116,18 @@ def register(toolbox: base.Toolbox, preset: Preset) -> None:
         toolbox.register("survive", tools.selTournament, tournsize=SURVIVORS_OF)
     elif preset.survivors == "best":
         toolbox.register("survive", tools.selBest)
+    if preset.outside == "mirrored":
+        toolbox.decorate("mate", mirrored(arm))
 
 
-def register_mutation(toolbox: base.Toolbox, preset: Preset, population: list, sigma: float) -> None:
+def register_mutation(toolbox: base.Toolbox, preset: Preset, population: list, sigma: float, arm: Arm) -> None:
     """Register the mutation of one generation."""
     if preset.mutation == "difference":
         toolbox.register("mutate", difference, population=population, factor=preset.factor)
     else:
         toolbox.register("mutate", tools.mutGaussian, mu=0.0, sigma=sigma, indpb=preset.per_gene)
+    if preset.outside == "mirrored":
+        toolbox.decorate("mutate", mirrored(arm))
 
 
 def vary(parents: list, toolbox: base.Toolbox, preset: Preset) -> list:
@@ -108,7 +147,7 @@ def evaluate(individuals: list, toolbox: base.Toolbox) -> int:
 
 
 def generations(
-    toolbox: base.Toolbox, start: np.ndarray, rng: np.random.Generator, preset: Preset
+    toolbox: base.Toolbox, start: np.ndarray, rng: np.random.Generator, preset: Preset, arm: Arm
 ) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
     """Yield the sorted population (n, 7), its fitness (n,) and evaluations so far for each generation, the first too.
 
@@ -117,19 +156,23 @@ def generations(
     """
     stream = random.Random(int(rng.integers(2**62)))
     population = [Individual(genes) for genes in start.tolist()]
-    register(toolbox, preset)
+    size = len(population) // preset.islands
+    register(toolbox, preset, arm)
     evaluations = evaluate(population, toolbox)
     yield *_arrays(population), evaluations
+    islands = [population[i : i + size] for i in range(0, len(population), size)]
     for number in range(1, preset.generations + 1):
         with python_global(stream):
-            register_mutation(toolbox, preset, population, preset.sigma_at(number))
-            children = vary(toolbox.select(population, len(population)), toolbox, preset)
-            evaluations += evaluate(children, toolbox)
+            broods = []
+            for island in islands:
+                register_mutation(toolbox, preset, island, preset.sigma_at(number), arm)
+                broods.append(vary(toolbox.select(island, size), toolbox, preset))
+            evaluations += evaluate([child for brood in broods for child in brood], toolbox)
             if preset.survivors == "offspring":
-                population = children
+                islands = broods
             else:
-                population = toolbox.survive(population + children, len(population))
-        yield *_arrays(population), evaluations
+                islands = [toolbox.survive(old + new, size) for old, new in zip(islands, broods, strict=True)]
+        yield *_arrays([individual for island in islands for individual in island]), evaluations
 
 
 def _arrays(population: list) -> tuple[np.ndarray, np.ndarray]:
