@@ -50,7 +50,7 @@ def difference(individual: Individual, population: list, factor: float) -> tuple
 
 
 def beyond(one: Individual, other: Individual, share: float) -> tuple[Individual, Individual]:
-    """Move both by a random share, 0 to `share`, of the step from the worse to the better; the better one's child first.
+    """Move both by a random part, at most `share`, of the step from the worse to the better; return the better first.
 
     Wright's heuristic crossover (1991).
     """

@@ -37,10 +37,10 @@ class Preset:
     worse one to it, the same for all genes; or "two-point". mutation: "gauss" adds a normal deviate to each gene with
     probability `per_gene`, its width going from sigma[0] to sigma[1] [rad] by equal ratios; "difference" adds `factor`
     times the difference of two members. survivors: of parents and children together the "best", or winners of
-    tournaments of three; or all "offspring" and nobody else. outside: genes beyond a joint's limit are "mirrored" in it,
-    or left, and the child "penalised". islands: the population in so many equal parts that never meet; the best of all
-    counts. spread [rad]: width of the first population about an
-    initial configuration. weight, norm, reading, penalty: of eq. (5), see `fitness`.
+    tournaments of three; or all "offspring" and nobody else. outside: genes beyond a limit are "mirrored" in it, or
+    left, and the child "penalised". islands: the population in so many equal parts that never meet; the best of all
+    counts. spread [rad]: width of the first population about an initial configuration. weight, norm, reading, penalty:
+    of eq. (5), see `fitness`.
 
     Raises InvalidType or InvalidValue, by the field's name, for what is out of range.
     """
