@@ -299,6 +299,10 @@ def test_ctrl_c_keeps_the_best_so_far(monkeypatch):
     assert found.interrupted and found.evaluations == 4 * 40 and not whole.interrupted
     np.testing.assert_array_equal(found.q, whole.history.q[3])
     calls.clear()
+    many = genetic.solve_many([NEAR, FAR], TILT, seeds=[3181, 3182], preset=SMALL)
+    assert [one.interrupted for one in many] == [True, True] and many[0].evaluations == 4 * 40
+    np.testing.assert_allclose(many[0].q, found.q, atol=1e-9)
+    calls.clear()
     stroke = follow([NEAR, NEAR, NEAR], TILT, seed=3181, preset=replace(SMALL, generations=3))
     assert [one.interrupted for one in stroke] == [False, True]
 
@@ -400,24 +404,53 @@ def test_wrong_names_are_refused():
         solve(NEAR, TILT, seed=1, engine="torch")
     with pytest.raises(InvalidValue, match="engine = 'literal'.*'array' or 'deap'"):
         solve(NEAR, TILT, seed=1, engine="literal", preset=replace(GOOD, norm="L2"))
+    for call in (evolve, lambda *a, **options: follow([a[0]], a[1], **options)):  # at the call, not in the loop
+        with pytest.raises(InvalidValue, match="engine = 'torch'"):
+            call(NEAR, TILT, seed=1, engine="torch")
+        with pytest.raises(InvalidValue, match="engine = 'literal'.*'array' or 'deap'"):
+            call(NEAR, TILT, seed=1, engine="literal", preset=replace(GOOD, reading="zyx"))
     with pytest.raises(InvalidValue, match="norm = 'L3': expected one of 'L1', 'L2'"):
         fitness(np.zeros(7), NEAR, TILT, norm="L3")
     with pytest.raises(InvalidValue, match="reading = 'rpy'"):
         fitness(np.zeros(7), NEAR, TILT, reading="rpy")
     with pytest.raises(InvalidType, match="arm = None"):
         solve(NEAR, TILT, seed=1, arm=None)
+    for call in (follow, lambda *a, arm, seed: genetic.solve_many(*a, arm=arm, seeds=[seed] * 3)):
+        with pytest.raises(InvalidType, match="^arm = 'left'"):
+            call(stroke(3), TILT, seed=1, arm="left")
+    for call in (fitness, optimum):
+        arguments = (NEAR, TILT) if call is optimum else (np.zeros(7), NEAR, TILT)
+        with pytest.raises(InvalidType, match="^arm = 'left'"):
+            call(*arguments, arm="left")
     with pytest.raises(InvalidType, match="seed"):
         solve(NEAR, TILT, seed=1.5)
     with pytest.raises(InvalidValue, match="initial"):
         solve(NEAR, TILT, seed=1, initial=np.zeros(6))
     with pytest.raises(InvalidValue, match="seeds"):
         genetic.solve_many([NEAR], [TILT], seeds=[1, 2])
+    for seeds in (1, "1", None, [[1]], {1}):
+        with pytest.raises(InvalidType, match="^seeds = "):
+            genetic.solve_many([NEAR], [TILT], seeds=seeds)
+    with pytest.raises(InvalidType, match="^seed = 1.5"):
+        genetic.solve_many([NEAR], [TILT], seeds=[1.5])
+    with pytest.raises(InvalidType, match="^seed = '1'"):
+        follow(np.zeros((0, 3)), TILT, seed="1")
     with pytest.raises(InvalidValue, match="^q = '1 configurations'"):
         genetic.tip_path(np.zeros((1, 7)))
     with pytest.raises(InvalidValue, match="^end = "):
         genetic.deviation(np.zeros((2, 3)), NEAR, NEAR)
     with pytest.raises(InvalidValue, match="tilts"):
         follow(stroke(3), np.zeros((2, 3)), seed=1)
+    with pytest.raises(InvalidValue, match="tilts"):
+        genetic.solve_many(stroke(3), np.zeros((2, 3)), seeds=range(3))
+    with pytest.raises(InvalidValue, match="tilts"):
+        genetic.solve_many(stroke(3), np.zeros(2), seeds=range(3))
+
+
+def test_one_tilt_serves_all_targets():
+    one, other = (genetic.solve_many(stroke(3), tilts, seeds=np.arange(3), preset=SMALL)
+                  for tilts in (TILT, np.tile(TILT, (3, 1))))  # fmt: skip
+    np.testing.assert_array_equal([a.q for a in one], [b.q for b in other])
 
 
 @pytest.mark.parametrize(

@@ -71,8 +71,9 @@ def pink_ik(
     """Pink: each step is a quadratic program, the square of the error left by J dq within the joints' limits.
 
     Unlike in `clik`, a step knows the limits before it is taken. `damping` is Levenberg and Marquardt's, times the
-    square of the error: 0.1 and below chatters where the target is out of reach. It ends when the error is below `near` (metres and radians together), no joint moves by more than
-    `stall` [rad], or the iterations are used up. model: `pinocchio_model(arm)`, kept between calls.
+    square of the error; with little of it the steps chatter where the target is out of reach. It ends when the error
+    is below `near` (metres and radians together), no joint moves by more than `stall` [rad], or the iterations are
+    used up. model: `pinocchio_model(arm)`, kept between calls.
     """
     position, tilt = target(position, tilt)
     q = np.clip(finite_array("initial", initial, (7,)), as_arm(arm).lower, arm.upper)
