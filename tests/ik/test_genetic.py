@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from deap import tools
 
 from tutorialbot.errors import InvalidType, InvalidValue
 from tutorialbot.ik import genetic, genetic_array, genetic_deap
@@ -269,6 +270,15 @@ def test_beyond_the_better_parent():
     one.fitness.values, other.fitness.values = (2.0,), (1.0,)
     moved, _ = genetic_deap.beyond(one, other, share=1.5)
     assert np.ptp((np.array(moved) - y[0, 0]) / (y[0, 0] - x[0, 0])) < 1e-9
+
+
+def test_the_cheap_sort_is_selbest():
+    rng = np.random.default_rng(3228)
+    some = [genetic_deap.Individual(q) for q in inside(50, 3229)]
+    for one in some:
+        one.fitness.values = (float(rng.integers(20)),)  # with ties
+    for count in (1, 20, 50):
+        assert all(a is b for a, b in zip(genetic_deap.best(some, count), tools.selBest(some, count), strict=True))
 
 
 @pytest.mark.parametrize("engine", genetic.ENGINES)

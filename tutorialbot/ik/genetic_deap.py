@@ -1,7 +1,7 @@
 """Paper 2's genetic algorithm in DEAP, the paper's own library, by DEAP's own operators.
 
-`batched`: the whole population is evaluated in one call, through `toolbox.map`, and copied cheaply. `literal`: one
-individual at a time, by the scalar equations, and copied by DEAP's default, `copy.deepcopy`.
+`batched`: the whole population is evaluated in one call, through `toolbox.map`, copied and sorted cheaply. `literal`:
+one individual at a time, by the scalar equations, copied by DEAP's default, `copy.deepcopy`, and sorted by `selBest`.
 """
 
 import random
@@ -40,6 +40,11 @@ def clone(individual: Individual) -> Individual:
     return copy
 
 
+def best(individuals: list, count: int) -> list:
+    """Return what `tools.selBest` returns: it compares fitness objects, this their values, which is much cheaper."""
+    return sorted(individuals, key=lambda individual: individual.fitness.wvalues, reverse=True)[:count]
+
+
 def difference(individual: Individual, population: list, factor: float) -> tuple[Individual]:
     """Add to all genes a share of what two random members of the population differ by."""
     n = len(population)
@@ -54,11 +59,11 @@ def beyond(one: Individual, other: Individual, share: float) -> tuple[Individual
 
     Wright's heuristic crossover (1991).
     """
-    better, worse = (one, other) if one.fitness >= other.fitness else (other, one)
+    better, worse = (one, other) if one.fitness.wvalues >= other.fitness.wvalues else (other, one)
     gamma = share * random.random()
-    step = [gamma * (p - q) for p, q in zip(better, worse, strict=True)]
-    for individual in (better, worse):
-        individual[:] = [x + dx for x, dx in zip(individual, step, strict=True)]
+    pairs = [(p, q, gamma * (p - q)) for p, q in zip(better, worse, strict=True)]
+    better[:] = [p + step for p, _, step in pairs]
+    worse[:] = [q + step for _, q, step in pairs]
     return better, worse
 
 
@@ -66,14 +71,14 @@ def mirrored(arm: Arm) -> Callable:
     """Return a decorator of operators: what is beyond a limit is mirrored in it; inside the limits in any case."""
     limits = list(zip(arm.lower.tolist(), arm.upper.tolist(), strict=True))
 
-    def inside(x: float, low: float, high: float) -> float:
-        return max(low, high - abs(high - low - abs(x - low)))
-
     def decorate(operator: Callable) -> Callable:
         def decorated(*individuals, **options) -> tuple:
             made = operator(*individuals, **options)
             for individual in made:
-                individual[:] = [inside(x, *limit) for x, limit in zip(individual, limits, strict=True)]
+                individual[:] = [
+                    x if low <= x <= high else max(low, high - abs(high - low - abs(x - low)))
+                    for x, (low, high) in zip(individual, limits, strict=True)
+                ]
             return made
 
         return decorated
@@ -85,6 +90,7 @@ def batched(value: Objective) -> base.Toolbox:
     """Return a toolbox that evaluates all individuals in one vectorised call of eq. (5), `value`."""
     toolbox = base.Toolbox()
     toolbox.register("clone", clone)
+    toolbox.register("best", best)
     toolbox.register("evaluate", value)
     toolbox.register("map", lambda evaluate, individuals: [(f,) for f in evaluate(np.array(individuals)).tolist()])
     return toolbox
@@ -93,6 +99,7 @@ def batched(value: Objective) -> base.Toolbox:
 def literal(value: Callable[[Sequence[float]], float]) -> base.Toolbox:
     """Return a toolbox that evaluates one individual at a time by `value`; map and clone are DEAP's defaults."""
     toolbox = base.Toolbox()
+    toolbox.register("best", tools.selBest)
     toolbox.register("evaluate", lambda individual: (value(individual),))
     return toolbox
 
@@ -115,7 +122,7 @@ def register(toolbox: base.Toolbox, preset: Preset, arm: Arm) -> None:
     if preset.survivors == "tournament":
         toolbox.register("survive", tools.selTournament, tournsize=SURVIVORS_OF)
     elif preset.survivors == "best":
-        toolbox.register("survive", tools.selBest)
+        toolbox.register("survive", toolbox.best)
     if preset.outside == "mirrored":
         toolbox.decorate("mate", mirrored(arm))
 
@@ -176,5 +183,5 @@ def generations(
 
 
 def _arrays(population: list) -> tuple[np.ndarray, np.ndarray]:
-    population = tools.selBest(population, len(population))
-    return np.array(population), np.array([individual.fitness.values[0] for individual in population])
+    population = best(population, len(population))
+    return np.array(population), np.array([-individual.fitness.wvalues[0] for individual in population])
