@@ -23,14 +23,14 @@ from tutorialbot.ik.fitness import (
     solution,
     target,
 )
-from tutorialbot.ik.genetic_presets import GOOD, PAPER, PRESETS, Preset, find_preset, from_paper_to_good
+from tutorialbot.ik.genetic_presets import GOOD, PAPER, PRESETS, SEEDED, Preset, find_preset, from_paper_to_good
 from tutorialbot.ik.oracle import optimum
 from tutorialbot.seeding import make_rng
 
 __all__ = [
-    "ARM", "ENGINES", "GOOD", "LIMITS", "PAPER", "PRESETS", "Arm", "Generation", "GeneticSolution", "History", "Preset",
-    "deviation", "evolve", "find_preset", "fitness", "fitness_scalar", "follow", "forward_kinematics",
-    "forward_kinematics_scalar", "from_paper_to_good", "optimum", "solve", "solve_many", "tip_path",
+    "ARM", "ENGINES", "GOOD", "LIMITS", "PAPER", "PRESETS", "SEEDED", "Arm", "Generation", "GeneticSolution",
+    "History", "Preset", "deviation", "evolve", "find_preset", "fitness", "fitness_scalar", "follow",
+    "forward_kinematics", "forward_kinematics_scalar", "from_paper_to_good", "optimum", "solve", "solve_many", "tip_path",
 ]  # fmt: skip
 
 ENGINES = ("array", "deap", "literal")
@@ -202,22 +202,25 @@ def _solve_block(positions, tilts, rngs, preset: Preset, arm: Arm) -> list[Genet
 
 
 def follow(
-    positions: np.ndarray, tilts: np.ndarray, *, seed: int, preset: str | Preset = "good",
+    positions: np.ndarray, tilts: np.ndarray, *, seed: int, preset: str | Preset | None = None,
     initial: np.ndarray | None = None, seeded: bool = True, engine: str = "array", arm: Arm = ARM,
 ) -> list[GeneticSolution]:
     """Solve way points (n, 3) one after the other, each search begun at the last answer; tilts (n, 3), or one (3,).
 
     So the arm stays in one of its many postures, and the motion between way points is short. The first search begins
-    at `initial` (7,), or anywhere when None; with `seeded` False so do all. Ctrl-C ends it: the list holds what there
-    is, the last one `interrupted`. Errors as in `solve`.
+    at `initial` (7,), or anywhere when None; with `seeded` False so do all. preset: by default "good" for searches that
+    begin anywhere, "seeded" for those that begin at an answer. Ctrl-C ends it: the list holds what there is, the last
+    one `interrupted`. Errors as in `solve`.
     """
-    preset, arm, last = find_preset(preset), as_arm(arm), _initial(initial)
-    _check_engine(engine, preset), make_rng(seed)
+    anywhere, beside = (find_preset(preset or name) for name in ("good", "seeded"))
+    arm, last = as_arm(arm), _initial(initial)
+    _check_engine(engine, anywhere), make_rng(seed)
     positions, tilts = _way_points(positions, tilts)
     found: list[GeneticSolution] = []
     for i, (position, tilt) in enumerate(zip(positions, tilts, strict=True)):
-        steps = _evolve(position, tilt, make_rng(seed, i), preset, last, engine, arm)
-        found.append(_finish(steps, position, tilt, preset, arm))
+        chosen = anywhere if last is None else beside
+        steps = _evolve(position, tilt, make_rng(seed, i), chosen, last, engine, arm)
+        found.append(_finish(steps, position, tilt, chosen, arm))
         if found[-1].interrupted:
             break
         last = found[-1].q if seeded else last

@@ -117,8 +117,9 @@ def beyond(x, y, ahead, rngs: Generators, preset: Preset) -> tuple[np.ndarray, n
 
     Wright's heuristic crossover (1991).
     """
-    step = preset.beyond * draw(rngs, x.shape[1], 1) * np.where(ahead, x - y, y - x)
-    return np.where(ahead, x, y) + step, np.where(ahead, y, x) + step
+    better, worse = np.where(ahead, x, y), np.where(ahead, y, x)
+    step = preset.beyond * draw(rngs, x.shape[1], 1) * (better - worse)
+    return better + step, worse + step
 
 
 def two_point(x, y, ahead, rngs: Generators, preset: Preset) -> tuple[np.ndarray, np.ndarray]:

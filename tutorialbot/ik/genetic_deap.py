@@ -6,6 +6,7 @@ one individual at a time, by the scalar equations, copied by DEAP's default, `co
 
 import random
 from collections.abc import Callable, Iterator, Sequence
+from operator import le
 
 import numpy as np
 from deap import algorithms, base, tools
@@ -69,16 +70,18 @@ def beyond(one: Individual, other: Individual, share: float) -> tuple[Individual
 
 def mirrored(arm: Arm) -> Callable:
     """Return a decorator of operators: what is beyond a limit is mirrored in it; inside the limits in any case."""
-    limits = list(zip(arm.lower.tolist(), arm.upper.tolist(), strict=True))
+    lower, upper = arm.lower.tolist(), arm.upper.tolist()
+    limits = list(zip(lower, upper, strict=True))
 
     def decorate(operator: Callable) -> Callable:
         def decorated(*individuals, **options) -> tuple:
             made = operator(*individuals, **options)
             for individual in made:
-                individual[:] = [
-                    x if low <= x <= high else max(low, high - abs(high - low - abs(x - low)))
-                    for x, (low, high) in zip(individual, limits, strict=True)
-                ]
+                if not (all(map(le, lower, individual)) and all(map(le, individual, upper))):
+                    individual[:] = [
+                        x if low <= x <= high else max(low, high - abs(high - low - abs(x - low)))
+                        for x, (low, high) in zip(individual, limits, strict=True)
+                    ]
             return made
 
         return decorated

@@ -1,7 +1,8 @@
 """Named variants of paper 2's genetic algorithm: each operator is a field, so that one at a time can be changed.
 
 The paper fixes 200 generations, crossover 0.6, mutation 0.4 and the penalty; all else is a reading. "paper" is a plain
-algorithm as DEAP's own introduction builds it; "good" reaches the optimum. What makes the difference is the mutation:
+algorithm as DEAP's own introduction builds it; "good" reaches the optimum from anywhere, "seeded" from the answer for a
+target nearby. What makes the difference is the mutation:
 the population sits on a ridge of eq. (5), off which steps in random directions fall; the difference of two members
 points along it. The changes after it are for targets anywhere in the arm's reach: a step beyond the better parent goes
 along the ridge too, mirrors keep those children who would live just beyond a limit, and islands find several valleys
@@ -103,6 +104,9 @@ PAPER = Preset(
     mutation="gauss", survivors="offspring", outside="penalised",
 )  # fmt: skip
 GOOD = Preset("good")
+SEEDED = Preset(  # beside an answer: one island that stays in its valley, where crossover leaps into no other
+    "seeded", population=300, islands=1, parents="tournament", crossover="blend", outside="penalised"
+)
 
 CHANGES = (  # from "paper" to "good", one operator after the other; the mutation is the one that matters most
     ("survivors: the best of both", {"survivors": "best"}),
@@ -115,7 +119,7 @@ CHANGES = (  # from "paper" to "good", one operator after the other; the mutatio
     ("four islands", {"islands": 4}),
 )
 
-PRESETS = {preset.name: preset for preset in (PAPER, GOOD)}
+PRESETS = {preset.name: preset for preset in (PAPER, GOOD, SEEDED)}
 
 
 def find_preset(preset: str | Preset) -> Preset:
