@@ -30,7 +30,8 @@ from tutorialbot.seeding import make_rng
 __all__ = [
     "ARM", "ENGINES", "GOOD", "LIMITS", "PAPER", "PRESETS", "SEEDED", "Arm", "Generation", "GeneticSolution",
     "History", "Preset", "deviation", "evolve", "find_preset", "fitness", "fitness_scalar", "follow",
-    "forward_kinematics", "forward_kinematics_scalar", "from_paper_to_good", "optimum", "solve", "solve_many", "tip_path",
+    "forward_kinematics", "forward_kinematics_scalar", "from_paper_to_good", "optimum", "solve", "solve_many",
+    "tip_path",
 ]  # fmt: skip
 
 ENGINES = ("array", "deap", "literal")
