@@ -19,7 +19,7 @@ LEFT = rooms.NOZZLE_FROM_TIP[1] - 0.10 + 0.0625 * np.arange(9)  # [m]
 LIFT = 0.03  # of the nozzle above the floor between lanes [m]
 PRESS = 0.002  # how far below the floor the arm is told to hold the nozzle, so that it stays in touch [m]
 REST_TILT, REST_TIP = np.deg2rad([0.0, -80.0, 0.0]), np.array([0.03, 0.30, 0.29])  # beside the body, off the floor
-SEEDED = replace(genetic.GOOD, name="seeded", population=100, generations=80)  # beside a solution this is enough
+SEEDED = replace(genetic.SEEDED, population=100, generations=80)  # beside a solution this is enough
 COLD = 6  # searches from nowhere; the elbow hangs lowest in the one that is kept
 TOLERANCE, TRIES = 0.001, 5  # [m] and [rad]; a search that misses it goes on from where it ended
 
