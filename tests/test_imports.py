@@ -25,7 +25,7 @@ LEVELS = (
 )
 # Sibling rooms that may meet:
 EXCEPTIONS = {("trajectory", "pose"), ("bo", "ik.prioritized"), ("plots_door", "plots"), ("plots_arm", "plots")}
-EXCEPTIONS |= {("bench", "door_bench"), ("bench", "ga_bench"), ("bench", "vox2c_bench")}
+EXCEPTIONS |= {("plots_cspace", "plots"), ("bench", "door_bench"), ("bench", "ga_bench"), ("bench", "vox2c_bench")}
 STANDARD_ONLY = {"__init__", "__main__", "launch"}  # they run before anything is installed
 TOP = 6  # from this level on, drawing and printing are allowed
 ONLY_IN = {"torch": "vox2c", "ompl": "vox2c.planning_ompl"}

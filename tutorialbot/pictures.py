@@ -57,7 +57,7 @@ def cleaning(run: CleaningRun, width: int = 960, height: int = 540) -> Image.Ima
 
 
 def cspace(scene: BoxScene, path: np.ndarray, width: int = 960, height: int = 540) -> Image.Image:
-    """Return an arm of paper 3 among its boxes, with a path (k, 2) [rad] of it, beside its C-space with the same path."""
+    """Return an arm of paper 3 among its boxes and its C-space side by side, with one path (k, 2) [rad] in both."""
     camera, target = ARM_VIEW
     stage, model = Scene(camera=camera, target=target), scene.model()
     fine, _ = motions.densify(path, 0.01)

@@ -100,7 +100,7 @@ class Scene:
         self[name].set_object(mg.Mesh(tube, shapes.material(shapes.rgba(color), double_sided=True)))
 
     def add_voxels(self, occupied, side: float, origin, color: int = 0x4C78A8, name: str = "voxels") -> None:
-        """Draw the occupied cells of a grid (x, y, z), cubes of `side` [m] from `origin` (3,) [m] on; none draws none."""
+        """Draw the occupied cells of a grid (x, y, z) as cubes of `side` [m], its corner at `origin` (3,) [m]."""
         occupied = np.asarray(occupied, dtype=bool)
         if occupied.ndim != 3:
             raise InvalidValue("occupied", f"array of shape {occupied.shape}", "a grid (x, y, z)")
