@@ -28,7 +28,11 @@ class Page:
     record: str
 
 
-PAGES = {1: Page("01_door_opening.ipynb", "Door opening by Bayesian optimisation", "door.json")}
+PAGES = {
+    1: Page("01_door_opening.ipynb", "Door opening by Bayesian optimisation", "door.json"),
+    2: Page("02_cleaning_arm.ipynb", "A cleaning arm by a genetic algorithm", "ga.json"),
+    3: Page("03_vox2c_space.ipynb", "Vox2C-space: the C-space from voxels", "vox2c.json"),
+}
 
 
 def paper_values(paper: int, path: Path = DATA / "paper_values.csv") -> pd.DataFrame:
