@@ -140,13 +140,14 @@ class Case:
 
 def study_cases(seeds: int) -> list[Case]:
     """Return the rows, the most important first: both presets on all sets, the array's twin in DEAP, one operator
-    after the other from "paper" to "good", "good" with one operator changed, and the peers.
+    after the other from "paper" to "good", "good" with one operator changed, and the peers. `seeds` are those of the
+    presets on two of the sets; there are more random targets, so fewer seeds each, and all other rows get a third.
     """
-    few, least = max(1, seeds // 6), max(1, seeds // 3)
+    few, least, fewest = (max(1, seeds // n) for n in (6, 3, 15))
     rows = [Case(method, name, few if name == "random" else seeds) for method in ("good", "paper") for name in SETS]
     rows.append(Case("good, DEAP", "table 1", least))
     for method in (*STEPS, *CHANGED):
-        rows += [Case(method, name, few if name == "random" else seeds) for name in SETS]
+        rows += [Case(method, name, fewest if name == "random" else least) for name in SETS]
     return [*rows, *(Case(method, name, 1 if method in ONCE else few if name == "random" else least)
                    for method in PEERS for name in SETS)]  # fmt: skip
 
