@@ -25,6 +25,7 @@ VARIANTS = {  # name in tables -> options of planning.plan; the letters are thos
     "predicted 5 deg": {"method": "predicted", "resolution_deg": 5},
     "predicted 1 deg": {"method": "predicted", "resolution_deg": 1},
     "lookup 5 deg": {"method": "lookup", "resolution_deg": 5},
+    "lookup 5 deg, voxels": {"method": "lookup", "resolution_deg": 5, "verify_against": "voxels"},
     "lookup 1 deg": {"method": "lookup", "resolution_deg": 1},
     "exact map 1 deg": {"method": "exact_map", "resolution_deg": 1},
     "exact map 5 deg": {"method": "exact_map", "resolution_deg": 5},
@@ -121,7 +122,8 @@ def run(problem: Problem, variant: str, seed: int, planner: str = "RRT", *, coal
     """Plan once and return a row: CPU time of every stage [s], what the search found, and whether it was free.
 
     "found": the search had a path; "collided": that path collides with the boxes; "repaired": it was planned anew in
-    part (or whole); "solved"; "coal": states of the final path that collide by coal, -1 when not asked or no path.
+    part (or whole); "solved"; "coal": states of the final path that collide with the boxes by coal, whatever it was
+    verified against, -1 when not asked or no path.
     """
     settings = VARIANTS[_known(variant)] | options
     plan = planning.plan(problem.scene, problem.start, problem.goal, seed=seed, planner=planner, **settings)
