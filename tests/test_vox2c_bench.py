@@ -149,7 +149,8 @@ def test_the_benchmark_writes_a_record(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(vox2c_bench, "variants", lambda: NAMES)
     assert bench.main(["vox2c", "--seeds", "4", "--rows", "2", "--jobs", "1"]) == 0
     said = capsys.readouterr().out
-    assert "0 collisions by coal on 8 verified paths" in said and "20.0 times" in said and "170 times a query" in said
+    assert "0 collisions by coal on 8 paths verified against the boxes" in said
+    assert "20.0 times" in said and "170 times a query" in said
     record = bench.RunRecord.load(tmp_path / "bench" / "vox2c.json")
     assert record.command == "python3 -m tutorialbot bench vox2c --seeds 4 --rows 2"
     assert record.values["summary"] in said and len(record.values["entries"]) == 7

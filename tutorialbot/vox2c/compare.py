@@ -6,8 +6,7 @@ from dataclasses import asdict
 import numpy as np
 
 from tutorialbot.runs import progress
-from tutorialbot.vox2c import evaluation, labels, lookup
-from tutorialbot.vox2c.grids import voxelize
+from tutorialbot.vox2c import evaluation, lookup
 from tutorialbot.vox2c.scenes import random_scene
 
 CEILING = "ceiling of the voxels"
@@ -36,15 +35,13 @@ def table(
     """
     with_ceiling = source == "raster" and kind == "exact" and samples > 0
     counted: dict[str, list] = {name: [] for name in (*methods, *([CEILING] if with_ceiling else []))}
-    for seed in progress(seeds, description=f"{source}, {size}^3, {kind} labels"):
-        scene = random_scene(seed)
-        voxels = voxelize(scene, source, size)
-        exact = kind == "exact"
-        truth = labels.exact_cspace(scene, resolution_deg) if exact else labels.octree_cspace(voxels, resolution_deg)
+    scenes = evaluation.labelled(seeds, source, size, kind, resolution_deg)
+    bar = progress(seeds, description=f"{source}, {size}^3, {kind} labels")
+    for seed, (voxels, truth) in zip(bar, scenes, strict=True):
         for name, (predict, _) in methods.items():
             counted[name].append(evaluation.tally([(predict(voxels, resolution_deg), truth)]))
         if with_ceiling:
-            best = evaluation.ceiling(scene, size, resolution_deg, samples, seed)
+            best = evaluation.ceiling(random_scene(seed), size, resolution_deg, samples, seed)
             counted[CEILING].append(evaluation.tally([(best, truth)]))
     found = {name: evaluation.joined(tallies) for name, tallies in counted.items()}
     thresholds = {name: threshold for name, (_, threshold) in methods.items()}

@@ -82,8 +82,9 @@ def paired_difference(first: Tally, second: Tally, thresholds: tuple[float, floa
     n = len(u)
     if n != len(v):
         raise InvalidValue("second", f"{len(v)} scenes", f"the same {n} scenes")
-    p, q = a.sum() / u.sum(), b.sum() / v.sum()
-    return float(p - q), _spread((a - p * u) / u.sum() - (b - q * v) / v.sum())
+    all_u, all_v = max(u.sum(), 1), max(v.sum(), 1)
+    p, q = a.sum() / all_u, b.sum() / all_v
+    return float(p - q), _spread((a - p * u) / all_u - (b - q * v) / all_v)
 
 
 def tally(pairs: Iterable[tuple[np.ndarray, np.ndarray]]) -> Tally:
@@ -105,9 +106,10 @@ def joined(tallies: Sequence[Tally]) -> Tally:
 def ceiling(scene: BoxScene, size: int, resolution_deg: float, samples: int = 64, seed: int = 0) -> np.ndarray:
     """Return what the best possible predictor would say of a scene's rasterised voxels, float (n, n).
 
-    More is given to it than to any network: which voxels belong to which box. Then each box's faces are independent of
-    the others', even within their voxels but for the sides that boxes may have. The probability of a collision is the
-    share of `samples` scenes drawn from there that collide. No predictor from voxels can have a better expected score.
+    More is given to it than to any network: which voxels belong to which box. Then each box is independent of the
+    others, and its faces lie anywhere in their voxels but for the sides that boxes may have. The probability of a
+    collision is the share of `samples` scenes drawn so that collide. But for the chance of the draw, and for the rule
+    that keeps boxes from the column, which is left out here, no predictor from voxels can expect a better score.
     """
     found, origin = 0, np.array(DOMAIN[0])
     length = DOMAIN[1][0] - DOMAIN[0][0]

@@ -83,7 +83,7 @@ PRESETS = {
     "linkframe-raster": Settings(linkframe.Design()),
     "linkframe-shell": Settings(SHELL, source="cameras", start="linkframe-raster", rate=1.5e-3, steps=700, fresh=32),
     "linkframe-raster64": Settings(FINE, steps=900, scenes=64, fresh=32),
-    "linkframe-octree": Settings(SHELL, kind="octree", steps=300),
+    "linkframe-octree": Settings(SHELL, kind="octree", steps=1500),
 }
 
 
