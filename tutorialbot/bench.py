@@ -61,7 +61,8 @@ def ga(options: argparse.Namespace) -> RunRecord:
     _print_table(strokes)
     summary = _ga_summary(speed, rows, strokes)
     print("\n" + summary)
-    values = {"summary": summary, "speed": speed, "rows": rows, "strokes": strokes, "entries": entries}
+    kept = [entry for entry in entries if entry["method"] in ("good", "paper")]  # the others: in the rows
+    values = {"summary": summary, "speed": speed, "rows": rows, "strokes": strokes, "entries": kept}
     return _record(options, ga_bench.FIRST_SEED, began, values)
 
 
@@ -77,7 +78,7 @@ def vox2c(options: argparse.Namespace) -> RunRecord:
     values |= {"table_2": vox2c_bench.table_2(entries), "rows": vox2c_bench.summarise(entries)}
     values["planners"] = vox2c_bench.planners(max(2, options.seeds // 10))
     values["many_queries"] = vox2c_bench.many_queries(queries=min(100, max(2, options.seeds)))
-    values |= {"generation": vox2c_bench.generation(), "joints": vox2c_bench.joints()}
+    values |= {"generation": vox2c_bench.generation(), "joints": vox2c_bench.joints(), "iou": vox2c_bench.iou()}
     for name, rows in values.items():
         if rows:
             print(f"{name.replace('_', ' ')}")
@@ -85,7 +86,7 @@ def vox2c(options: argparse.Namespace) -> RunRecord:
             print()
     values["summary"] = _vox2c_summary(values)
     print(values["summary"])
-    return _record(options, vox2c_bench.FIRST_SEED, began, {**values, "entries": entries})
+    return _record(options, vox2c_bench.FIRST_SEED, began, values)
 
 
 def _vox2c_summary(values: dict) -> str:
@@ -96,8 +97,10 @@ def _vox2c_summary(values: dict) -> str:
     learned = [f"{row['all_in_times']:.1f} times with {row['method']}" for row in blind if "predicted" in row["method"]]
     many = max(values["many_queries"], key=lambda row: row["times_faster"])
     collisions, solved = (sum(row[name] for row in true) for name in ("coal", "solved"))
+    seen = next((row for row in values["iou"] if row["source"] == "cameras"), None)
+    iou = f"IoU {seen['pooled']:.3f} from the cameras' voxels ({seen['scenes']} scenes); " if seen else ""
     return (
-        f"{collisions} collisions by coal on {solved} paths verified against the boxes; {base} the search is "
+        f"{iou}{collisions} collisions by coal on {solved} paths verified against the boxes; {base} the search is "
         f"{best['search_times']:.1f} times and all in {best['all_in_times']:.1f} times as fast with {best['method']} "
         f"({', '.join(learned) or 'no learned weights here'}); {many['times_faster']:.0f} times a query when "
         f"{many['queries']} share a map ({many['method']}, {many['planner']})"

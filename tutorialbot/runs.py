@@ -167,7 +167,10 @@ class Journal:
 
 @dataclass(frozen=True)
 class RunRecord:
-    """What a finished run found (`values`), and all that is needed to make it again."""
+    """What a finished run found (`values`), and all that is needed to make it again.
+
+    seconds: wall time of the last call; a run that was interrupted and went on took longer in all.
+    """
 
     name: str
     command: str

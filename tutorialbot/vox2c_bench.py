@@ -11,7 +11,7 @@ import numpy as np
 
 from tutorialbot import paths
 from tutorialbot.measuring import cpu_seconds, run_all
-from tutorialbot.runs import Journal, progress
+from tutorialbot.runs import Journal, RunRecord, progress
 from tutorialbot.seeding import make_rng
 from tutorialbot.vox2c import dataset, experiments, grids, labels, lookup, methods, planning, three_joints
 from tutorialbot.vox2c.experiments import FIRST_SEED, RUNS, SEQUENCES, VARIANTS, Problem
@@ -102,6 +102,11 @@ def forward(repeats: int = 3, scenes: int = 10) -> list[dict]:
         least = cpu_seconds({name: partial(_each, model.predict, seen, degrees)}, repeats)[name]
         rows.append({"weights": name, "resolution": degrees, "milliseconds": round(1e3 * least / scenes, 3)})
     return rows
+
+
+def iou() -> list[dict]:
+    """Return what the records of all weights say of their IoU on fresh scenes, a row a method: see compare.table."""
+    return [row for name in predictors() for row in RunRecord.load(WEIGHTS / f"{name}.json").values["evaluation"]]
 
 
 # -- planning --------------------------------------------------------------------------------------------------------
