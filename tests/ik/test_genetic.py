@@ -317,6 +317,66 @@ def test_ctrl_c_keeps_the_best_so_far(monkeypatch):
     assert [one.interrupted for one in stroke] == [False, True]
 
 
+def once(monkeypatch, owner, name, number):
+    """Let call `number` of the function `name` of `owner` end by Ctrl-C, and no other one."""
+    real, calls = getattr(owner, name), []
+
+    def interrupted(*arguments, **options):
+        calls.append(1)
+        if len(calls) == number:
+            raise KeyboardInterrupt
+        return real(*arguments, **options)
+
+    monkeypatch.setattr(owner, name, interrupted)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_ctrl_c_while_the_best_is_measured_keeps_it(monkeypatch, number):
+    whole = follow([NEAR, FAR, NEAR], TILT, seed=3185, preset=SMALL)
+    many = genetic.solve_many([NEAR, FAR], TILT, seeds=[1, 2], preset=SMALL)
+    once(monkeypatch, genetic, "solution", number)
+    found = follow([NEAR, FAR, NEAR], TILT, seed=3185, preset=SMALL)
+    assert [one.interrupted for one in found] == [False] * (number - 1) + [True]
+    np.testing.assert_array_equal(found[-1].q, whole[number - 1].q)
+    monkeypatch.undo()
+    once(monkeypatch, genetic, "solution", number)
+    found = genetic.solve_many([NEAR, FAR], TILT, seeds=[1, 2], preset=SMALL)
+    assert [one.interrupted for one in found] == [number == 1, number == 2]
+    np.testing.assert_array_equal([one.q for one in found], [one.q for one in many])
+
+
+def test_ctrl_c_before_a_later_target_is_begun_keeps_the_earlier_ones(monkeypatch):
+    whole = follow([NEAR, FAR, NEAR], TILT, seed=3186, preset=SMALL)
+    once(monkeypatch, genetic, "first_population", 3)
+    found = follow([NEAR, FAR, NEAR], TILT, seed=3186, preset=SMALL)
+    np.testing.assert_array_equal([one.q for one in found], [one.q for one in whole[:2]])
+    monkeypatch.undo()
+    once(monkeypatch, genetic, "first_population", 2)
+    monkeypatch.setattr(genetic, "ROWS", 40)  # one after the other
+    assert len(genetic.solve_many([NEAR, FAR, NEAR], TILT, seeds=[1, 2, 3], preset=SMALL)) == 1
+    monkeypatch.undo()
+    once(monkeypatch, genetic, "first_population", 1)
+    with pytest.raises(KeyboardInterrupt):
+        follow([NEAR], TILT, seed=3186, preset=SMALL)
+
+
+def test_two_threads_do_not_disturb_each_other():
+    """DEAP draws from a generator that all threads share."""
+    preset, found = replace(SMALL, generations=40), {}
+    alone = {seed: solve(NEAR, TILT, seed=seed, preset=preset, engine="deap").q for seed in (3187, 3188)}
+
+    def search(seed):
+        found[seed] = solve(NEAR, TILT, seed=seed, preset=preset, engine="deap").q
+
+    threads = [threading.Thread(target=search, args=(seed,)) for seed in alone]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for seed, q in alone.items():
+        np.testing.assert_array_equal(found[seed], q)
+
+
 def test_ctrl_c_in_deap_puts_the_global_generator_back(monkeypatch):
     random.seed(7)
     before, vary, calls = random.getstate(), genetic_deap.vary, []
@@ -439,9 +499,9 @@ def test_wrong_names_are_refused():
     with pytest.raises(InvalidValue, match="seeds"):
         genetic.solve_many([NEAR], [TILT], seeds=[1, 2])
     for seeds in (1, "1", None, [[1]], {1}):
-        with pytest.raises(InvalidType, match="^seeds = "):
+        with pytest.raises(InvalidType, match="^seeds"):
             genetic.solve_many([NEAR], [TILT], seeds=seeds)
-    with pytest.raises(InvalidType, match="^seed = 1.5"):
+    with pytest.raises(InvalidType, match=r"^seeds\[0\] = 1.5"):
         genetic.solve_many([NEAR], [TILT], seeds=[1.5])
     with pytest.raises(InvalidType, match="^seed = '1'"):
         follow(np.zeros((0, 3)), TILT, seed="1")
@@ -455,6 +515,40 @@ def test_wrong_names_are_refused():
         genetic.solve_many(stroke(3), np.zeros((2, 3)), seeds=range(3))
     with pytest.raises(InvalidValue, match="tilts"):
         genetic.solve_many(stroke(3), np.zeros(2), seeds=range(3))
+
+
+NO_NUMBERS = [True] * 3, ["0.3", "0.2", "0.1"], [10**400] * 3, np.array(["2020"] * 3, "M8[Y]")
+
+
+@pytest.mark.parametrize("position", NO_NUMBERS)
+def test_truth_values_text_dates_and_endless_numbers_are_no_target(position):
+    for call in (solve, optimum):
+        with pytest.raises((InvalidType, InvalidValue), match="^position = "):
+            call(position, TILT, **{"seed": 1} if call is solve else {})
+    with pytest.raises((InvalidType, InvalidValue), match="^tilts = "):
+        follow([NEAR], position, seed=1)
+
+
+def test_a_target_a_thousand_kilometres_away_is_a_result_and_one_beyond_is_refused():
+    far = solve([1e6, 0.0, 0.0], TILT, seed=3194)
+    assert not far.converged and far.within_limits and far.binding == ("radial deviation",)
+    for beyond in ([1e7, 0.0, 0.0], [1e308] * 3):
+        for name, call in (("position", lambda p: solve(p, TILT, seed=1)), ("tilt", lambda p: optimum(NEAR, p)),
+                           ("positions", lambda p: follow([p], TILT, seed=1)),
+                           ("tilts", lambda p: genetic.solve_many([NEAR], p, seeds=[1]))):  # fmt: skip
+            with pytest.raises(InvalidValue, match=f"^{name} = .*1e[+]06 or less"):
+                call(beyond)
+
+
+def test_options_of_a_stroke_are_checked():
+    for seeded in (None, "yes", 1, np.ones(3)):
+        with pytest.raises(InvalidType, match="^seeded = "):
+            follow([NEAR], TILT, seed=1, seeded=seeded)
+    for preset in (0, [], np.ones(3)):
+        with pytest.raises(InvalidType, match="^preset = "):
+            follow([NEAR], TILT, seed=1, preset=preset)
+    with pytest.raises(InvalidValue, match="^between = "):
+        genetic.tip_path(np.zeros((2, 7)), between=10**400)
 
 
 def test_one_tilt_serves_all_targets():
@@ -471,7 +565,8 @@ def test_one_tilt_serves_all_targets():
         ("crossover", "sbx"), ("crossover_share", 1.1), ("mutation", "swap"), ("mutation_share", -0.1),
         ("survivors", "elite"), ("variation", "xor"), ("factor", -1.0), ("sigma", 0.1), ("sigma", (0.1, 0.0)),
         ("per_gene", np.nan), ("spread", 0.0), ("weight", -1.0), ("norm", "max"), ("reading", ""), ("name", None),
-        ("penalty", np.inf), ("blend", "half"),
+        ("penalty", np.inf), ("blend", "half"), ("population", 10**7), ("generations", 10**400), ("spread", 1e308),
+        ("parents_of", 10**9), ("factor", 1e308), ("weight", 1e308), ("sigma", (1e300, 1.0)),
     ],
 )  # fmt: skip
 def test_impossible_presets_are_refused(field, value):
