@@ -170,6 +170,7 @@ def test_names_of_the_limits_say_where_the_hand_goes():
         ("upper", np.zeros(6), InvalidValue),
         ("upper", "wide", InvalidType),
         ("axes", np.ones((7, 3)), InvalidValue),
+        ("axes", 1.001 * ARM.axes, InvalidValue),
         ("offsets", np.zeros((7, 3)), InvalidValue),
     ],
 )

@@ -272,6 +272,67 @@ def test_beyond_the_better_parent():
     assert np.ptp((np.array(moved) - y[0, 0]) / (y[0, 0] - x[0, 0])) < 1e-9
 
 
+def test_blend_draws_each_gene_for_itself():
+    """Every gene anywhere from blend before one parent to blend beyond the other, whatever the other genes do."""
+    x, y = np.zeros((1, 4000, 7)), np.ones((1, 4000, 7))
+    first, second = genetic_array.blend(x, y, None, [np.random.default_rng(3230)], replace(GOOD, blend=0.25))
+    np.testing.assert_allclose(first + second, 1.0, atol=1e-12)
+    assert -0.25 <= first.min() < -0.24 and 1.24 < first.max() <= 1.25 and abs(first.mean() - 0.5) < 0.02
+    assert np.abs(np.corrcoef(first[0].T) - np.eye(7)).max() < 0.1
+
+
+def test_two_cuts_swap_the_genes_between_them():
+    """As DEAP's: one run of genes changes places, at least one gene and not all of them."""
+    x, y = np.zeros((1, 2000, 7)), np.ones((1, 2000, 7))
+    first, second = genetic_array.two_point(x, y, None, [np.random.default_rng(3231)], GOOD)
+    np.testing.assert_array_equal(first + second, 1.0)
+    edges = np.abs(np.diff(first[0], axis=1, prepend=0.0, append=0.0)).sum(axis=1)
+    assert (edges == 2).all() and set(first[0].sum(axis=1)) == set(range(1, 7))
+    assert 0.1 < first[0, :, -1].mean() < 0.5  # the run need not reach the last gene
+
+
+def test_the_more_in_a_tournament_the_better_its_winner():
+    """Means of the winners' ranks, of n members drawn with replacement: n / (k + 1), about."""
+    for of in (2, 3, 5):
+        ranks = genetic_array.tournament([np.random.default_rng(3232)], 4000, replace(GOOD, parents_of=of))
+        assert ranks.mean() == pytest.approx(4000 / (of + 1), rel=0.05)
+    values = np.arange(4000.0)[None]
+    population = np.repeat(values[..., None], 7, axis=2)
+    kept, ranked = genetic_array.the_winners(population, values, population, values, [np.random.default_rng(3233)])
+    assert ranked.mean() == pytest.approx(4000 / 4, rel=0.05) and (np.diff(ranked) >= 0).all()  # tournaments of three
+    np.testing.assert_array_equal(kept[..., 0], ranked)
+
+
+def test_gauss_moves_some_genes_by_its_width():
+    rngs, x = [np.random.default_rng(3234)], np.zeros((1, 4000, 7))
+    moved = genetic_array.gauss(x, x, rngs, replace(GOOD, per_gene=0.3), 0.1)
+    assert (moved != 0).mean() == pytest.approx(0.3, abs=0.02)
+    assert moved[moved != 0].std() == pytest.approx(0.1, rel=0.05)
+
+
+def test_a_difference_is_of_two_different_members():
+    """In both engines: a child is never where its parent was."""
+    population = inside(5, 3235)
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        moved = genetic_array.difference(population[None], population[None], [rng], GOOD, 0.0)[0]
+        assert (moved != population).all()
+        steps = (moved - population) / GOOD.factor
+        away = np.abs(steps[:, None, None] - (population[:, None] - population)).max(axis=-1)
+        assert away.reshape(5, -1).min(axis=1).max() < 1e-12
+    members = [genetic_deap.Individual(q) for q in population]
+    random.seed(3236)
+    for _ in range(200):
+        (moved,) = genetic_deap.difference(genetic_deap.Individual(population[0]), members, 0.5)
+        assert list(moved) != population[0].tolist()
+
+
+def test_gaussian_steps_narrow_from_the_first_width_to_the_last():
+    preset = replace(GOOD, sigma=(0.4, 0.1), generations=3)
+    assert [preset.sigma_at(g) for g in (1, 2, 3)] == pytest.approx([0.4, 0.2, 0.1])
+    assert replace(preset, generations=1).sigma_at(1) == 0.4
+
+
 def test_the_cheap_sort_is_selbest():
     rng = np.random.default_rng(3228)
     some = [genetic_deap.Individual(q) for q in inside(50, 3229)]
