@@ -10,7 +10,7 @@ import pytest
 
 from tutorialbot import paths, report
 from tutorialbot.bo.presets import PRESETS
-from tutorialbot.errors import BrokenFile, TutorialbotError, finite_number
+from tutorialbot.errors import BrokenFile, TutorialbotError, finite_array, finite_number, whole_number
 from tutorialbot.pose import so4_distance
 from tutorialbot.runs import Journal, RunRecord
 from tutorialbot.scene.door import Door
@@ -71,6 +71,30 @@ def test_odd_values_are_named():
     with refused("paper"):
         report.paper_values(True)
     assert finite_number("x", np.float32(0.5)) == 0.5
+
+
+class Odd:
+    def __array__(self, *_, **__):
+        raise RuntimeError("odd")
+
+
+NO_NUMBERS = [[True, False], ["1", "2"], "12", [1, [2]], [1j, 2], {1, 2}, None, Odd(), [10**400, 1],
+              np.array(["2020", "2021"], "M8[Y]")]  # fmt: skip
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS, ids=lambda value: type(value).__name__)
+def test_what_is_no_array_of_numbers(value):
+    with refused("x"):
+        finite_array("x", value, (2,))
+    assert finite_array("x", (1, np.float32(0.5)), (2,)).tolist() == [1.0, 0.5]
+    assert finite_array("x", [], (-1,)).shape == (0,)
+
+
+def test_whole_numbers_have_bounds():
+    assert whole_number("n", 5, 5, 5) == 5
+    for value in (4, 6, 10**5000, -(10**5000)):
+        with pytest.raises(TutorialbotError, match="^n = .*: expected a whole number >= 5 and <= 5"):
+            whole_number("n", value, 5, 5)
 
 
 def test_files_nested_beyond_reason_are_broken(tmp_path):

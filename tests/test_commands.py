@@ -48,6 +48,15 @@ def test_what_follows_a_benchmarks_name_goes_to_the_benchmark(monkeypatch):
     assert seen == [("door", ["--seeds", "3", "--help"])]
 
 
+def test_the_help_names_all_benchmarks(capsys):
+    from tutorialbot import bench
+
+    with pytest.raises(SystemExit):
+        make_parser().parse_args(["bench", "--help"])
+    said = capsys.readouterr().out
+    assert set(bench.SEEDS) == set(bench.BENCHMARKS) and all(name in said for name in bench.BENCHMARKS)
+
+
 def test_the_command_line_starts_on_a_bare_python():
     """No site-packages at all, as on a fresh machine."""
     for argv in (["--help"], ["lab", "--help"]):

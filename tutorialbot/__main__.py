@@ -11,7 +11,7 @@ VERBS = {
     "run": "run all notebooks without a browser and write them as HTML into results/",
     "doctor": "check this machine, one line each, and say what to do",
     "report": "print the table paper vs ours for every finished notebook (--write: refresh README.md)",
-    "bench": "measure, and write JSON: `bench door` (further options go to the benchmark)",
+    "bench": "measure, and write JSON: `bench NAME` (further options go to the benchmark)",
     "train": "train a network of paper 3: `train vox2c`, `train linkframe` (further options go to the training)",
     "grade": "mark a folder of students' submissions: `grade FOLDER` (further options go to the grader)",
     "strip": "remove outputs from the notebooks, as it must be before a commit",
@@ -31,7 +31,7 @@ def make_parser() -> argparse.ArgumentParser:
     made["test"].add_argument("--full", action="store_true", help="heavy tests too; whatever is missing is a failure")
     made["run"].add_argument("--fresh", action="store_true", help="run again what is already done")
     made["report"].add_argument("--write", action="store_true", help="refresh the table in README.md")
-    made["bench"].add_argument("name", metavar="NAME", help="which benchmark: door")
+    made["bench"].add_argument("name", metavar="NAME", help="which benchmark: " + ", ".join(launch.BENCHMARKS))
     made["train"].add_argument("name", metavar="NAME", help="which network: vox2c, linkframe")
     made["grade"].add_argument("folder", metavar="FOLDER", help="one file or folder for each student")
     return parser

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from tutorialbot import paths
+from tutorialbot import launch, paths
 from tutorialbot.errors import InvalidValue, one_of, whole_number
 from tutorialbot.runs import RunRecord
 
@@ -193,7 +193,7 @@ def _end_now(*_) -> None:
     os._exit(130)
 
 
-BENCHMARKS = {"door": door, "ga": ga, "vox2c": vox2c}
+BENCHMARKS = {name: globals()[name] for name in launch.BENCHMARKS}
 SEEDS = {"door": 100, "ga": 30, "vox2c": 200}
 
 

@@ -54,12 +54,14 @@ def positive(argument: str, value: Any) -> float:
     return finite_number(argument, value, 0.0, above=True)
 
 
-def whole_number(argument: str, value: Any, low: int = 0) -> int:
-    """Return `value` as an int >= low, or raise InvalidType or InvalidValue."""
+def whole_number(argument: str, value: Any, low: int = 0, high: float = np.inf) -> int:
+    """Return `value` as an int in [low, high], or raise InvalidType or InvalidValue."""
+    bounds = f"a whole number >= {low}" + (f" and <= {high}" if np.isfinite(high) else "")
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
-        raise InvalidType(argument, value, f"a whole number >= {low}")
-    if value < low:
-        raise InvalidValue(argument, value, f"a whole number >= {low}")
+        raise InvalidType(argument, value, bounds)
+    if value < low or value > high:
+        shown = value if abs(value) <= 2**1000 else "a whole number beyond every float"
+        raise InvalidValue(argument, shown, bounds)
     return int(value)
 
 
@@ -73,13 +75,23 @@ def one_of(argument: str, value: Any, choices: Iterable[str]) -> str:
 
 def finite_array(argument: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
     """Return `value` as a float array of `shape` (-1 stands for any length) with finite entries, or raise."""
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InvalidType(argument, value, f"numbers of shape {shape}") from None
+    array = float_array(argument, value, f"numbers of shape {shape}")
     fits = array.ndim == len(shape) and all(s in (-1, n) for s, n in zip(shape, array.shape, strict=True))
     if not fits:
         raise InvalidValue(argument, f"array of shape {array.shape}", f"shape {shape}")
     if not np.isfinite(array).all():
         raise InvalidValue(argument, value, "finite numbers (no NaN, no infinity)")
     return array
+
+
+def float_array(argument: str, value: Any, expected: str = "numbers") -> np.ndarray:
+    """Return `value` as a float array of whatever shape, or raise; text, truth values and dates are no numbers."""
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind not in "iufO":
+            raise TypeError(array.dtype)
+        return np.asarray(array, dtype=float)
+    except OverflowError:
+        raise InvalidValue(argument, "a whole number beyond every float", expected) from None
+    except Exception:  # whatever an object raises that is asked for its numbers
+        raise InvalidType(argument, value, expected) from None

@@ -1,12 +1,15 @@
 """Random numbers: one way in, so that the same seed gives the same result."""
 
 import random
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
 
 from tutorialbot.errors import whole_number
+
+_one_at_a_time = threading.RLock()  # the global generators are one for all threads
 
 
 def make_rng(seed: int, *stream: int) -> np.random.Generator:
@@ -17,12 +20,13 @@ def make_rng(seed: int, *stream: int) -> np.random.Generator:
 @contextmanager
 def numpy_global(rng: np.random.Generator) -> Iterator[None]:
     """Seed the global generator from `rng` inside the block, put it back afterwards: CMA-ES draws from it."""
-    before = np.random.get_state()  # noqa: NPY002
-    np.random.seed(int(rng.integers(2**32)))  # noqa: NPY002
-    try:
-        yield
-    finally:
-        np.random.set_state(before)  # noqa: NPY002
+    with _one_at_a_time:
+        before = np.random.get_state()  # noqa: NPY002
+        try:
+            np.random.seed(int(rng.integers(2**32)))  # noqa: NPY002
+            yield
+        finally:
+            np.random.set_state(before)  # noqa: NPY002
 
 
 @contextmanager
@@ -31,10 +35,13 @@ def python_global(stream: random.Random) -> Iterator[None]:
 
     DEAP's operators draw from it.
     """
-    before = random.getstate()
-    random.setstate(stream.getstate())
-    try:
-        yield
-    finally:
-        stream.setstate(random.getstate())
-        random.setstate(before)
+    with _one_at_a_time:
+        before, its = random.getstate(), stream.getstate()
+        try:
+            random.setstate(its)
+            yield
+        finally:
+            try:
+                stream.setstate(random.getstate())
+            finally:  # also when Ctrl-C comes just here
+                random.setstate(before)

@@ -243,6 +243,23 @@ def jacobian_with_rates_of_roll_pitch_and_yaw(q, axes, offsets):
     return np.vstack([found[:3], task_jacobian(q, np.zeros(3), np.zeros(3), ARM)[3:]])
 
 
+@wrong("tip_jacobian", "axes turn along")
+def jacobian_of_the_papers_arm_whenever_there_are_seven(q, axes, offsets):
+    return _columns(q, ARM.axes.copy(), ARM.offsets.copy()) if len(q) == 7 else _columns(q, axes, offsets)
+
+
+@wrong("tip_jacobian", "axes turn along")
+def jacobian_without_links_in_shoulder_and_wrist(q, axes, offsets):
+    links = offsets.copy()
+    links[[1, 2, 5, 6] if len(q) == 7 else []] = 0.0
+    return _columns(q, axes, links)
+
+
+@wrong("tip_jacobian", "axes turn along")
+def jacobian_of_angles_within_half_a_turn(q, axes, offsets):
+    return _columns(np.clip(q, -np.pi, np.pi), axes, offsets)
+
+
 @wrong("tip_jacobian", "no small steps")
 def jacobian_by_central_differences(q, axes, offsets):
     return _small_steps(q, axes, offsets)
@@ -350,6 +367,14 @@ def tilts_that_forget_yaw_and_pitch(rotation):
     return _two(roll, np.arctan2(rotation[0, 2], rotation[2, 2]), np.arctan2(rotation[1, 0], rotation[1, 1]))
 
 
+@wrong("both_tilts", "near gimbal lock")
+def tilts_with_a_lock_that_begins_early(rotation):
+    roll = -np.arcsin(np.clip(rotation[1, 2], -1, 1))
+    if abs(rotation[1, 2]) > 0.999:
+        return _two(roll, np.arctan2(-rotation[2, 0], rotation[0, 0]), 0.0)
+    return solutions.both_tilts(rotation)
+
+
 # --- 5 step_by_difference ---------------------------------------------------------------------------------------------
 def _pairs(n, rng):
     i, first, second = np.arange(n), rng.integers(1, n, n), rng.integers(1, n - 1, n)
@@ -385,6 +410,32 @@ def step_of_some_genes(population, factor, rng):
 def step_by_one_pair_for_all(population, factor, rng):
     b, c = rng.choice(len(population), 2, replace=False)
     return population + factor * (population[b] - population[c])
+
+
+@wrong("step_by_difference", "a pair for each")
+def step_by_a_hundred_pairs_for_three_hundred(population, factor, rng):
+    n = len(population)
+    if n < 30:
+        return solutions.step_by_difference(population, factor, rng)
+    b, c = (np.resize(one[: n // 3], n) for one in _pairs(n, rng))
+    return population + factor * (population[b] - population[c])
+
+
+@wrong("step_by_difference", "a pair for each")
+def step_by_the_same_places_ahead_for_all(population, factor, rng):
+    n = len(population)
+    first, second = rng.choice(np.arange(1, n), 2, replace=False)
+    i = np.arange(n)
+    return population + factor * (population[(i + first) % n] - population[(i + second) % n])
+
+
+@wrong("step_by_difference", "two different members")
+def step_that_is_careful_in_small_populations_alone(population, factor, rng):
+    n = len(population)
+    if n < 10:
+        return solutions.step_by_difference(population, factor, rng)
+    i, first, second = np.arange(n), *rng.integers(1, n, (2, n))
+    return population + factor * (population[(i + first) % n] - population[(i + second) % n])
 
 
 @wrong("step_by_difference", "mean zero")
@@ -540,6 +591,11 @@ def limit_with_both_sides_moved_together(z_error, lower, upper, step):
     now = z_error(lower, upper)
     gain = np.array([now - z_error(lower - step * e, upper + step * e) for e in np.eye(7)])
     return _largest(gain, [pair[0] for pair in LIMITS], step)
+
+
+@wrong("costliest_limit", "small error")
+def limit_of_errors_worth_naming(z_error, lower, upper, step):
+    return solutions.costliest_limit(z_error, lower, upper, step) if z_error(lower, upper) > 0.01 else (None, 0.0)
 
 
 @wrong("costliest_limit", "which limit")

@@ -170,6 +170,7 @@ def test_names_of_the_limits_say_where_the_hand_goes():
         ("upper", np.zeros(6), InvalidValue),
         ("upper", "wide", InvalidType),
         ("axes", np.ones((7, 3)), InvalidValue),
+        ("axes", 1.001 * ARM.axes, InvalidValue),
         ("offsets", np.zeros((7, 3)), InvalidValue),
     ],
 )
@@ -193,5 +194,13 @@ def test_misuse_of_forward_kinematics():
     for q in (np.zeros(6), np.full(7, np.nan), 0.0, np.zeros((7, 2))):
         with pytest.raises(InvalidValue, match="^q = "):
             forward_kinematics(q)
-    with pytest.raises(InvalidType, match="^q = "):
-        forward_kinematics("elbow up")
+    for q in ("elbow up", [1, [2], 3], [True] * 7, ["1"] * 7, None):
+        for call in (forward_kinematics, ARM.within):
+            with pytest.raises((InvalidType, InvalidValue), match="^q = "):
+                call(q)
+    for arm in ("left", ARM.offsets, 0):
+        with pytest.raises(InvalidType, match="^arm = "):
+            forward_kinematics(np.zeros(7), arm=arm)
+    for q in (0.0, np.zeros(6), np.full(7, np.nan)):
+        with pytest.raises(InvalidValue, match="^q = "):
+            ARM.within(q)

@@ -272,6 +272,67 @@ def test_beyond_the_better_parent():
     assert np.ptp((np.array(moved) - y[0, 0]) / (y[0, 0] - x[0, 0])) < 1e-9
 
 
+def test_blend_draws_each_gene_for_itself():
+    """Every gene anywhere from blend before one parent to blend beyond the other, whatever the other genes do."""
+    x, y = np.zeros((1, 4000, 7)), np.ones((1, 4000, 7))
+    first, second = genetic_array.blend(x, y, None, [np.random.default_rng(3230)], replace(GOOD, blend=0.25))
+    np.testing.assert_allclose(first + second, 1.0, atol=1e-12)
+    assert -0.25 <= first.min() < -0.24 and 1.24 < first.max() <= 1.25 and abs(first.mean() - 0.5) < 0.02
+    assert np.abs(np.corrcoef(first[0].T) - np.eye(7)).max() < 0.1
+
+
+def test_two_cuts_swap_the_genes_between_them():
+    """As DEAP's: one run of genes changes places, at least one gene and not all of them."""
+    x, y = np.zeros((1, 2000, 7)), np.ones((1, 2000, 7))
+    first, second = genetic_array.two_point(x, y, None, [np.random.default_rng(3231)], GOOD)
+    np.testing.assert_array_equal(first + second, 1.0)
+    edges = np.abs(np.diff(first[0], axis=1, prepend=0.0, append=0.0)).sum(axis=1)
+    assert (edges == 2).all() and set(first[0].sum(axis=1)) == set(range(1, 7))
+    assert 0.1 < first[0, :, -1].mean() < 0.5  # the run need not reach the last gene
+
+
+def test_the_more_in_a_tournament_the_better_its_winner():
+    """Means of the winners' ranks, of n members drawn with replacement: n / (k + 1), about."""
+    for of in (2, 3, 5):
+        ranks = genetic_array.tournament([np.random.default_rng(3232)], 4000, replace(GOOD, parents_of=of))
+        assert ranks.mean() == pytest.approx(4000 / (of + 1), rel=0.05)
+    values = np.arange(4000.0)[None]
+    population = np.repeat(values[..., None], 7, axis=2)
+    kept, ranked = genetic_array.the_winners(population, values, population, values, [np.random.default_rng(3233)])
+    assert ranked.mean() == pytest.approx(4000 / 4, rel=0.05) and (np.diff(ranked) >= 0).all()  # tournaments of three
+    np.testing.assert_array_equal(kept[..., 0], ranked)
+
+
+def test_gauss_moves_some_genes_by_its_width():
+    rngs, x = [np.random.default_rng(3234)], np.zeros((1, 4000, 7))
+    moved = genetic_array.gauss(x, x, rngs, replace(GOOD, per_gene=0.3), 0.1)
+    assert (moved != 0).mean() == pytest.approx(0.3, abs=0.02)
+    assert moved[moved != 0].std() == pytest.approx(0.1, rel=0.05)
+
+
+def test_a_difference_is_of_two_different_members():
+    """In both engines: a child is never where its parent was."""
+    population = inside(5, 3235)
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        moved = genetic_array.difference(population[None], population[None], [rng], GOOD, 0.0)[0]
+        assert (moved != population).all()
+        steps = (moved - population) / GOOD.factor
+        away = np.abs(steps[:, None, None] - (population[:, None] - population)).max(axis=-1)
+        assert away.reshape(5, -1).min(axis=1).max() < 1e-12
+    members = [genetic_deap.Individual(q) for q in population]
+    random.seed(3236)
+    for _ in range(200):
+        (moved,) = genetic_deap.difference(genetic_deap.Individual(population[0]), members, 0.5)
+        assert list(moved) != population[0].tolist()
+
+
+def test_gaussian_steps_narrow_from_the_first_width_to_the_last():
+    preset = replace(GOOD, sigma=(0.4, 0.1), generations=3)
+    assert [preset.sigma_at(g) for g in (1, 2, 3)] == pytest.approx([0.4, 0.2, 0.1])
+    assert replace(preset, generations=1).sigma_at(1) == 0.4
+
+
 def test_the_cheap_sort_is_selbest():
     rng = np.random.default_rng(3228)
     some = [genetic_deap.Individual(q) for q in inside(50, 3229)]
@@ -315,6 +376,66 @@ def test_ctrl_c_keeps_the_best_so_far(monkeypatch):
     calls.clear()
     stroke = follow([NEAR, NEAR, NEAR], TILT, seed=3181, preset=replace(SMALL, generations=3))
     assert [one.interrupted for one in stroke] == [False, True]
+
+
+def once(monkeypatch, owner, name, number):
+    """Let call `number` of the function `name` of `owner` end by Ctrl-C, and no other one."""
+    real, calls = getattr(owner, name), []
+
+    def interrupted(*arguments, **options):
+        calls.append(1)
+        if len(calls) == number:
+            raise KeyboardInterrupt
+        return real(*arguments, **options)
+
+    monkeypatch.setattr(owner, name, interrupted)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_ctrl_c_while_the_best_is_measured_keeps_it(monkeypatch, number):
+    whole = follow([NEAR, FAR, NEAR], TILT, seed=3185, preset=SMALL)
+    many = genetic.solve_many([NEAR, FAR], TILT, seeds=[1, 2], preset=SMALL)
+    once(monkeypatch, genetic, "solution", number)
+    found = follow([NEAR, FAR, NEAR], TILT, seed=3185, preset=SMALL)
+    assert [one.interrupted for one in found] == [False] * (number - 1) + [True]
+    np.testing.assert_array_equal(found[-1].q, whole[number - 1].q)
+    monkeypatch.undo()
+    once(monkeypatch, genetic, "solution", number)
+    found = genetic.solve_many([NEAR, FAR], TILT, seeds=[1, 2], preset=SMALL)
+    assert [one.interrupted for one in found] == [number == 1, number == 2]
+    np.testing.assert_array_equal([one.q for one in found], [one.q for one in many])
+
+
+def test_ctrl_c_before_a_later_target_is_begun_keeps_the_earlier_ones(monkeypatch):
+    whole = follow([NEAR, FAR, NEAR], TILT, seed=3186, preset=SMALL)
+    once(monkeypatch, genetic, "first_population", 3)
+    found = follow([NEAR, FAR, NEAR], TILT, seed=3186, preset=SMALL)
+    np.testing.assert_array_equal([one.q for one in found], [one.q for one in whole[:2]])
+    monkeypatch.undo()
+    once(monkeypatch, genetic, "first_population", 2)
+    monkeypatch.setattr(genetic, "ROWS", 40)  # one after the other
+    assert len(genetic.solve_many([NEAR, FAR, NEAR], TILT, seeds=[1, 2, 3], preset=SMALL)) == 1
+    monkeypatch.undo()
+    once(monkeypatch, genetic, "first_population", 1)
+    with pytest.raises(KeyboardInterrupt):
+        follow([NEAR], TILT, seed=3186, preset=SMALL)
+
+
+def test_two_threads_do_not_disturb_each_other():
+    """DEAP draws from a generator that all threads share."""
+    preset, found = replace(SMALL, generations=40), {}
+    alone = {seed: solve(NEAR, TILT, seed=seed, preset=preset, engine="deap").q for seed in (3187, 3188)}
+
+    def search(seed):
+        found[seed] = solve(NEAR, TILT, seed=seed, preset=preset, engine="deap").q
+
+    threads = [threading.Thread(target=search, args=(seed,)) for seed in alone]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for seed, q in alone.items():
+        np.testing.assert_array_equal(found[seed], q)
 
 
 def test_ctrl_c_in_deap_puts_the_global_generator_back(monkeypatch):
@@ -439,9 +560,9 @@ def test_wrong_names_are_refused():
     with pytest.raises(InvalidValue, match="seeds"):
         genetic.solve_many([NEAR], [TILT], seeds=[1, 2])
     for seeds in (1, "1", None, [[1]], {1}):
-        with pytest.raises(InvalidType, match="^seeds = "):
+        with pytest.raises(InvalidType, match="^seeds"):
             genetic.solve_many([NEAR], [TILT], seeds=seeds)
-    with pytest.raises(InvalidType, match="^seed = 1.5"):
+    with pytest.raises(InvalidType, match=r"^seeds\[0\] = 1.5"):
         genetic.solve_many([NEAR], [TILT], seeds=[1.5])
     with pytest.raises(InvalidType, match="^seed = '1'"):
         follow(np.zeros((0, 3)), TILT, seed="1")
@@ -455,6 +576,40 @@ def test_wrong_names_are_refused():
         genetic.solve_many(stroke(3), np.zeros((2, 3)), seeds=range(3))
     with pytest.raises(InvalidValue, match="tilts"):
         genetic.solve_many(stroke(3), np.zeros(2), seeds=range(3))
+
+
+NO_NUMBERS = [True] * 3, ["0.3", "0.2", "0.1"], [10**400] * 3, np.array(["2020"] * 3, "M8[Y]")
+
+
+@pytest.mark.parametrize("position", NO_NUMBERS)
+def test_truth_values_text_dates_and_endless_numbers_are_no_target(position):
+    for call in (solve, optimum):
+        with pytest.raises((InvalidType, InvalidValue), match="^position = "):
+            call(position, TILT, **{"seed": 1} if call is solve else {})
+    with pytest.raises((InvalidType, InvalidValue), match="^tilts = "):
+        follow([NEAR], position, seed=1)
+
+
+def test_a_target_a_thousand_kilometres_away_is_a_result_and_one_beyond_is_refused():
+    far = solve([1e6, 0.0, 0.0], TILT, seed=3194)
+    assert not far.converged and far.within_limits and far.binding == ("radial deviation",)
+    for beyond in ([1e7, 0.0, 0.0], [1e308] * 3):
+        for name, call in (("position", lambda p: solve(p, TILT, seed=1)), ("tilt", lambda p: optimum(NEAR, p)),
+                           ("positions", lambda p: follow([p], TILT, seed=1)),
+                           ("tilts", lambda p: genetic.solve_many([NEAR], p, seeds=[1]))):  # fmt: skip
+            with pytest.raises(InvalidValue, match=f"^{name} = .*1e[+]06 or less"):
+                call(beyond)
+
+
+def test_options_of_a_stroke_are_checked():
+    for seeded in (None, "yes", 1, np.ones(3)):
+        with pytest.raises(InvalidType, match="^seeded = "):
+            follow([NEAR], TILT, seed=1, seeded=seeded)
+    for preset in (0, [], np.ones(3)):
+        with pytest.raises(InvalidType, match="^preset = "):
+            follow([NEAR], TILT, seed=1, preset=preset)
+    with pytest.raises(InvalidValue, match="^between = "):
+        genetic.tip_path(np.zeros((2, 7)), between=10**400)
 
 
 def test_one_tilt_serves_all_targets():
@@ -471,7 +626,8 @@ def test_one_tilt_serves_all_targets():
         ("crossover", "sbx"), ("crossover_share", 1.1), ("mutation", "swap"), ("mutation_share", -0.1),
         ("survivors", "elite"), ("variation", "xor"), ("factor", -1.0), ("sigma", 0.1), ("sigma", (0.1, 0.0)),
         ("per_gene", np.nan), ("spread", 0.0), ("weight", -1.0), ("norm", "max"), ("reading", ""), ("name", None),
-        ("penalty", np.inf), ("blend", "half"),
+        ("penalty", np.inf), ("blend", "half"), ("population", 10**7), ("generations", 10**400), ("spread", 1e308),
+        ("parents_of", 10**9), ("factor", 1e308), ("weight", 1e308), ("sigma", (1e300, 1.0)),
     ],
 )  # fmt: skip
 def test_impossible_presets_are_refused(field, value):

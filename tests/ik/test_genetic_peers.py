@@ -89,6 +89,17 @@ def test_misuse():
             peers.pink_ik(NEAR, TILT, **{name: 0.0})
     with pytest.raises(InvalidValue, match="initial"):
         peers.pink_ik(NEAR, TILT, initial=np.zeros(6))
+    for method in (peers.clik, peers.pink_ik):
+        for model in (0, "left", pin.Model(), np.ones(3)):
+            with pytest.raises(InvalidType, match="^model = "):
+                method(NEAR, TILT, model=model)
+        with pytest.raises(InvalidValue, match="^damping = "):
+            method(NEAR, TILT, damping=1e308)
+    for level in (None, "low", np.ones(2)):
+        with pytest.raises(InvalidType, match="^level = "):
+            peers.cma_es(NEAR, TILT, seed=1, level=level)
+    with pytest.raises(InvalidValue, match="^level = "):
+        peers.cma_es(NEAR, TILT, seed=1, level=np.nan)
     with pytest.raises(InvalidValue, match="iterations"):
         peers.pink_ik(NEAR, TILT, iterations=0)
     with pytest.raises(InvalidValue, match="evaluations"):

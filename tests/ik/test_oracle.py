@@ -7,7 +7,7 @@ from scipy.optimize import differential_evolution
 from tutorialbot.errors import InvalidValue
 from tutorialbot.ik.arm7 import ARM, LIMITS, Arm, forward_kinematics
 from tutorialbot.ik.fitness import fitness, solution, task_error, task_jacobian
-from tutorialbot.ik.oracle import least_slack, lifted, optimum, swivel_family
+from tutorialbot.ik.oracle import is_usual, least_slack, lifted, optimum, swivel_family
 
 TILT = np.array([0.0, -1.57, 0.0])
 TABLE_1 = [(0.2, 0.1, 0), (0.3, 0.1, 0), (0.4, 0.1, 0), (0.3, 0, 0), (0.3, 0.2, 0), (0.3, 0.2, 0.1), (0.3, 0.1, 0.1)]
@@ -106,6 +106,15 @@ def test_another_build_has_no_closed_form_but_an_optimum():
     assert optimum(position, tilt, arm=arm).residual < 1e-6
     with pytest.raises(InvalidValue, match="closed form"):
         swivel_family(position[None], tilt[None], arm=arm)
+
+
+@pytest.mark.parametrize(("row", "column"), [(row, x) for row in (1, 2, 5, 6) for x in range(3)]
+                         + [(3, 0), (3, 1), (4, 0), (4, 1)])  # fmt: skip
+def test_any_link_where_none_may_be_makes_another_build(row, column):
+    offsets = ARM.offsets.copy()
+    offsets[row, column] = 0.02
+    assert is_usual(ARM) and not is_usual(Arm(offsets=offsets))
+    assert not is_usual(Arm(axes=np.roll(ARM.axes, 1, axis=0)))
 
 
 def test_the_derivative_is_one():

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from tutorialbot.errors import InvalidValue
 from tutorialbot.ik import genetic
 from tutorialbot.scene import arm_motion, room
 
@@ -29,6 +30,17 @@ def test_the_arm_arrives_and_the_trace_is_true(world):
     speed = np.abs(np.diff(trace.commanded, axis=0)).max(axis=0) / arm_motion.PERIOD
     assert (speed <= room.SPEED[3:] + 1e-9).all() and speed.max() > 1.0
     assert np.allclose(np.diff(trace.times), arm_motion.PERIOD)
+
+
+def test_a_world_that_steps_too_far_and_no_way_points_are_refused(world):
+    with pytest.raises(InvalidValue, match="^way_points = 'none'"):
+        arm_motion.follow_angles(*world, np.zeros((0, 7)))
+    with pytest.raises(InvalidValue, match="^hold = inf"):
+        arm_motion.follow_angles(*world, [BENT], hold=np.inf)
+    assert arm_motion.follow_angles(*world, np.zeros((1, 7)), hold=0.0).arrivals.tolist() == [0]  # it is there already
+    model, lead = room.assemble(EMPTY, seen=False, tool=False, timestep=0.1)
+    with pytest.raises(InvalidValue, match="^world.opt.timestep = 0.1"):
+        arm_motion.follow_angles(model, mujoco.MjData(model), lead, [BENT])
 
 
 def test_a_heavier_hand_droops_more():

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tutorialbot import robots
-from tutorialbot.errors import InvalidValue
+from tutorialbot.errors import InvalidType, InvalidValue
 from tutorialbot.scene.omni import OmniWheel, jacobian, limit, to_twist, to_wheels
 from tutorialbot.scene.room import WHEELS
 
@@ -107,6 +107,10 @@ def test_bad_arguments():
         to_twist(WHEELS[:2], np.zeros(2))
     with pytest.raises(InvalidValue, match="wheels"):
         to_twist([OmniWheel(0.0, y, 0.0, 0.1) for y in (-1.0, 0.0, 1.0)], np.zeros(3))
+    for wheels in (None, (), [1, 2, 3], "wheels", WHEELS[0]):
+        for call in (jacobian, lambda w: to_wheels(w, np.zeros(3)), lambda w: to_twist(w, np.zeros(3))):
+            with pytest.raises(InvalidType, match="^wheels = "):
+                call(wheels)
     with pytest.raises(InvalidValue, match="max_rate"):
         limit(WHEELS, np.zeros(3), 0.0)
     assert jacobian(WHEELS).shape == (4, 3)

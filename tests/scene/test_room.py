@@ -185,6 +185,7 @@ CHEST = Furniture("carton", "chest", 2.0, 1.0)
         (lambda: Room("r", FLOOR, start=(1, 1, 0), wall_height=-1), InvalidValue, "wall_height"),
         (lambda: Furniture("throne", "x", 0, 0), InvalidValue, "kind = 'throne'.*'sofa'"),
         (lambda: Furniture("sofa", 3, 0, 0), InvalidType, "name"),
+        (lambda: Furniture("sofa", "world", 0, 0), InvalidValue, "name = 'world'"),
         (lambda: Furniture("sofa", "x", np.nan, 0), InvalidValue, "x = nan"),
         (lambda: Furniture("sofa", "x", 0, 0, length=-1.0), InvalidValue, "length = -1.0"),
         (lambda: assemble("living room"), InvalidType, "room = 'living room'"),

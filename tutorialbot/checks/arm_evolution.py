@@ -48,7 +48,7 @@ expected_children = Exercise(
 
 
 # --- 5 ----------------------------------------------------------------------------------------------------------------
-CALLS, LARGE, SMALL = 40, 300, 7
+CALLS, LARGE, MIDDLE, SMALL = 40, 300, 40, 7
 SIGMAS = 6.0  # by which a sample may be off
 
 
@@ -79,7 +79,7 @@ def _judge_shape(student: Student) -> None:
     population, factor, chance = _ridge(rng, LARGE), 0.6, make_rng(SEED, 5, 2)
     steps = np.concatenate([_children(student, population, factor, chance) - population for _ in range(CALLS)])
     different = len(np.unique(steps[:LARGE].round(12), axis=0))
-    if different < 0.2 * LARGE:
+    if different < 0.5 * LARGE:
         raise Wrong(
             "a pair for each",
             f"{LARGE} children made only {different} different steps: each child draws a pair of its own.",
@@ -120,8 +120,8 @@ def _pairs(population: np.ndarray, children: np.ndarray, factor: float, inputs: 
 def _judge_members(student: Student) -> None:
     """The rules on who made each step."""
     rng, chance = make_rng(SEED, 5, 3), make_rng(SEED, 5, 4)
-    counts = np.zeros((SMALL, SMALL, SMALL))
-    for n in [3, *[SMALL] * 600]:
+    counts, members, alike = np.zeros((SMALL, SMALL, SMALL)), np.arange(SMALL)[:, None], 0
+    for n in [3, *[MIDDLE] * 8, *[SMALL] * 600]:
         population, factor = rng.uniform(-1.0, 1.0, (n, 7)), float(rng.uniform(0.3, 0.9))
         inputs = (population, factor, chance)
         pairs = _pairs(population, _children(student, *inputs), factor, inputs)
@@ -134,6 +134,9 @@ def _judge_members(student: Student) -> None:
                 raise Wrong("two others", f"child {i} {told}{case(inputs)}")
             if n == SMALL:
                 counts[i, b, c] += 1
+        if n == SMALL:
+            ahead = (pairs - members) % n
+            alike += (ahead == np.roll(ahead, 1, axis=0)).all(axis=1).sum()
     others = [(i, b, c) for i in range(SMALL) for b in range(SMALL) for c in range(SMALL) if len({i, b, c}) == 3]
     for what, seen, expected in (
         ("pair (first, second)", counts.sum(axis=0)[~np.eye(SMALL, dtype=bool)], 600 * SMALL / (SMALL * (SMALL - 1))),
@@ -145,6 +148,13 @@ def _judge_members(student: Student) -> None:
                 f"in 600 generations of {SMALL} members each {what} should come about {expected:.0f} times; one came"
                 f" {seen.min():.0f} times, one {seen.max():.0f} times. Whoever is never drawn teaches nobody.",
             )
+    expected = 600 * SMALL / ((SMALL - 1) * (SMALL - 2))
+    if alike > expected + SIGMAS * np.sqrt(expected):
+        raise Wrong(
+            "a pair for each",
+            f"in 600 generations of {SMALL} members a child took the same two places ahead of its own as its neighbour"
+            f" in the list {alike} times, expected about {expected:.0f}: each child draws a pair of its own.",
+        )
 
 
 def _judge_chance(student: Student) -> None:

@@ -129,8 +129,8 @@ def _judge_jacobian(student: Student) -> None:
     for n in (2, 3, 5):
         trial("lever arm", reason, rng.uniform(-1.0, 1.0, n), [[0.0, 1.0, 0.0]] * n, rng.uniform(-0.4, 0.4, (n + 1, 3)))
     reason = "An axis stands still in the link before it, and turns with all joints before it."
-    for n in (2, 3, 4):
-        inputs = rng.uniform(-2.0, 2.0, n), random_units(rng, n, 3), rng.uniform(-0.4, 0.4, (n + 1, 3))
+    for n in (2, 3, 4, 7):  # seven too: another arm than the paper's, with links everywhere, and more than a turn
+        inputs = rng.uniform(-7.0, 7.0, n), random_units(rng, n, 3), rng.uniform(-0.4, 0.4, (n + 1, 3))
         trial("axes turn along", reason, *inputs)
     reason = "The seven-axis arm: three axes in the shoulder, three in the wrist, with no link between them."
     for q in rng.uniform(ARM.lower, ARM.upper, (10, 7)):
@@ -193,6 +193,9 @@ def _judge_tilts(student: Student) -> None:
     reason = "A quotient cannot tell an angle from the opposite one: look at both signs. Roll is within 90 degrees."
     for tilt in rng.uniform([-1.5, -full, -full], [1.5, full, full], (20, 3)):
         trial("every quadrant", reason, tilt)
+    reason = "Roll is near 90 degrees, not at it: pitch and yaw are two still, though cos(roll) is small."
+    for tilt in rng.uniform([0.01, -full, -full], [0.05, full, full], (10, 3)):
+        trial("near gimbal lock", reason, [rng.choice([-1.0, 1.0]) * (right - tilt[0]), *tilt[1:]])
     reason = "Table 1 asks for a pitch of -90 degrees: nothing special in this order, singular in the usual one."
     for roll, pitch, yaw in ([0.0, 0.0, 0.0], *rng.uniform(-0.02, 0.02, (3, 3)), *rng.uniform(-1.0, 1.0, (3, 3))):
         trial("pitch of -90 degrees", reason, [roll, 0.02 * pitch - right, yaw])

@@ -84,6 +84,8 @@ def _judge_limit(student: Student) -> None:
         degrees = float(rng.uniform(2.0, 10.0))
         expected = NAMES[i], 0.3 * np.deg2rad(degrees)
         trial("outward", reason, priced(0.2, 0.3 * np.eye(14)[i]), degrees, expected)
+    reason = "A small error is one too: two millimetres, which one limit costs."
+    trial("small error", reason, priced(0.002, 0.02 * np.eye(14)[12]), 5.0, (NAMES[12], 0.02 * np.deg2rad(5.0)))
     reason = "Of several limits that give something the one that gives most counts, each moved alone."
     for _ in range(10):
         prices, degrees = rng.permutation(np.linspace(0.0, 0.4, 14)), float(rng.uniform(2.0, 10.0))

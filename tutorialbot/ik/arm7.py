@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tutorialbot.errors import InvalidValue, finite_array, finite_number, one_of
+from tutorialbot.errors import InvalidType, InvalidValue, finite_array, finite_number, float_array, one_of
 from tutorialbot.ik.quaternions import conjugate, product, quaternion, rotate
 from tutorialbot.ik.tilts import READINGS
 
@@ -81,8 +81,8 @@ class Arm:
         return replace(self, **{which: limits})
 
     def within(self, q: np.ndarray) -> np.ndarray:
-        """Whether all joints of q (..., 7) are inside the limits (...)."""
-        return self.holds(components_first(q))
+        """Whether all joints of q (..., 7) are inside the limits (...). Raises InvalidType or InvalidValue as below."""
+        return self.holds(components_first(configurations("q", q)))
 
     def holds(self, joints: np.ndarray) -> np.ndarray:
         """The same for joints (7, ...)."""
@@ -117,11 +117,12 @@ def forward_kinematics(
 
     The tilt is (roll, pitch, yaw) with R = Ry(pitch) Rx(roll) Rz(yaw); other `reading`s of the paper's "inclination"
     stand in `tutorialbot.ik.tilts.READINGS`, some with another number of components. Paper 2, eqs (1)-(4). Raises
-    InvalidType or InvalidValue for a q of another shape or with NaN, and for a reading that does not exist.
+    InvalidType or InvalidValue for a q of another shape or with NaN, a reading that does not exist, what is no Arm.
     """
+    arm = ARM if arm is None else as_arm(arm)
     reading = READINGS[one_of("reading", reading, READINGS)]
     q = configurations("q", q)
-    tip, turned = reach(components_first(q), ARM if arm is None else arm)
+    tip, turned = reach(components_first(q), arm)
     return np.moveaxis(tip, 0, -1), np.moveaxis(reading.tilt(turned), 0, -1)
 
 
@@ -153,8 +154,15 @@ def components_first(array: np.ndarray) -> np.ndarray:
 
 def configurations(name: str, q: np.ndarray) -> np.ndarray:
     """Return q as a finite float array (..., 7), or raise InvalidType or InvalidValue."""
-    dimensions = max(1, np.ndim(q)) if not isinstance(q, str) else 1
-    return finite_array(name, q, (*(-1,) * (dimensions - 1), 7))
+    q = float_array(name, q)
+    return finite_array(name, q, (*(-1,) * (q.ndim - 1), 7))
+
+
+def as_arm(arm: Arm) -> Arm:
+    """Return `arm`, or raise InvalidType."""
+    if not isinstance(arm, Arm):
+        raise InvalidType("arm", arm, "an Arm")
+    return arm
 
 
 ARM = Arm()

@@ -7,13 +7,23 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
-from tutorialbot.errors import InvalidType, finite_array, finite_number, one_of
-from tutorialbot.ik.arm7 import ARM, LIMITS, Arm, components_first, configurations, forward_kinematics_scalar, reach
+from tutorialbot.errors import InvalidValue, finite_array, finite_number, one_of
+from tutorialbot.ik.arm7 import (
+    ARM,
+    LIMITS,
+    Arm,
+    as_arm,
+    components_first,
+    configurations,
+    forward_kinematics_scalar,
+    reach,
+)
 from tutorialbot.ik.tilts import READINGS, Reading, turned_by
 
 NEAR_POSITION, NEAR_TILT = 1e-3, 1e-2  # converged: every component below [m], [rad]
 PENALTY = 100.0
 AT_LIMIT = 1e-6  # marginal value from which a limit counts as binding
+FARTHEST = 1e6  # components of targets [m], [rad]: any farther away floats have no digits left for the arm
 NEARBY = 0.05  # how far `binding_limits` looks around [rad]
 NORMS = ("L1", "L2")
 
@@ -88,7 +98,15 @@ def fitness_scalar(
 
 def target(position: np.ndarray, tilt: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return a target's position and tilt as float arrays (3,), or raise InvalidType or InvalidValue."""
-    return finite_array("position", position, (3,)), finite_array("tilt", tilt, (3,))
+    return not_beyond("position", position, (3,)), not_beyond("tilt", tilt, (3,))
+
+
+def not_beyond(argument: str, value: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Return `value` as a float array of `shape` with no component beyond FARTHEST, or raise."""
+    array = finite_array(argument, value, shape)
+    if np.abs(array).max(initial=0.0) > FARTHEST:
+        raise InvalidValue(argument, value, f"numbers of size {FARTHEST:g} or less")
+    return array
 
 
 @dataclass(frozen=True)
@@ -182,10 +200,3 @@ def binding_limits(q: np.ndarray, position: np.ndarray, tilt: np.ndarray, arm: A
     return tuple(
         LIMITS[i][side] for i in range(7) for side, binds in ((0, below[i]), (1, above[i])) if binds
     )  # fmt: skip
-
-
-def as_arm(arm: Arm) -> Arm:
-    """Return `arm`, or raise InvalidType."""
-    if not isinstance(arm, Arm):
-        raise InvalidType("arm", arm, "an Arm")
-    return arm

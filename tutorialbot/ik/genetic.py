@@ -10,20 +10,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tutorialbot.errors import InvalidType, InvalidValue, finite_array, one_of, whole_number
+from tutorialbot.errors import InvalidType, InvalidValue, finite_array, float_array, one_of, whole_number
 from tutorialbot.ik import genetic_array
-from tutorialbot.ik.arm7 import ARM, LIMITS, Arm, forward_kinematics, forward_kinematics_scalar
+from tutorialbot.ik.arm7 import ARM, LIMITS, Arm, as_arm, forward_kinematics, forward_kinematics_scalar
 from tutorialbot.ik.fitness import (
     GeneticSolution,
     History,
-    as_arm,
     fitness,
     fitness_scalar,
+    not_beyond,
     objective,
     solution,
     target,
 )
-from tutorialbot.ik.genetic_presets import GOOD, PAPER, PRESETS, SEEDED, Preset, find_preset, from_paper_to_good
+from tutorialbot.ik.genetic_presets import GOOD, MOST, PAPER, PRESETS, SEEDED, Preset, find_preset, from_paper_to_good
 from tutorialbot.ik.oracle import optimum
 from tutorialbot.seeding import make_rng
 
@@ -136,10 +136,16 @@ def _finish(steps: Iterator[Generation], position, tilt, preset: Preset, arm: Ar
             raise
         interrupted = True
     history = History(*map(np.array, zip(*seen, strict=True)))
-    return solution(
-        history.q[-1], position, tilt, arm=arm, reading=preset.reading, evaluations=history.evaluations[-1],
-        history=history, interrupted=interrupted,
-    )  # fmt: skip
+    return _measured(history, position, tilt, arm, preset, interrupted)
+
+
+def _measured(history: History, position, tilt, arm: Arm, preset: Preset, interrupted: bool) -> GeneticSolution:
+    """Return the best so far as a solution; a Ctrl-C that comes in these milliseconds must not lose it either."""
+    options = {"arm": arm, "reading": preset.reading, "evaluations": history.evaluations[-1], "history": history}
+    try:
+        return solution(history.q[-1], position, tilt, **options, interrupted=interrupted)
+    except KeyboardInterrupt:
+        return solution(history.q[-1], position, tilt, **options, interrupted=True)
 
 
 def solve_many(
@@ -148,35 +154,35 @@ def solve_many(
     """`solve` for targets (n, 3) and as many seeds, several side by side in the same arrays: the fastest way.
 
     tilts (n, 3), or one (3,) for all. Each answer is the one that `solve` gives to its target and seed. Ctrl-C ends it:
-    the list holds what there is, those in work `interrupted`. Raises InvalidType or InvalidValue.
+    the list holds what there is, those in work `interrupted` unless nothing is known of them yet. Errors as in `solve`.
     """
     preset, arm = find_preset(preset), as_arm(arm)
     positions, tilts = _way_points(positions, tilts)
-    if isinstance(seeds, str) or not isinstance(seeds, Sequence | np.ndarray) or np.ndim(seeds) != 1:
+    row = isinstance(seeds, np.ndarray) and seeds.ndim == 1 or isinstance(seeds, Sequence)
+    if not row or isinstance(seeds, str | bytes):
         raise InvalidType("seeds", seeds, "whole numbers in a row, one for each target")
-    rngs = [make_rng(seed) for seed in seeds]
+    rngs = [make_rng(whole_number(f"seeds[{i}]", seed)) for i, seed in enumerate(seeds)]
     if len(rngs) != len(positions):
         raise InvalidValue("seeds", f"{len(rngs)} numbers", f"one for each of the {len(positions)} targets")
     found, together = [], max(1, ROWS // preset.population)
-    for i in range(0, len(rngs), together):
-        block = slice(i, i + together)
-        try:
+    try:
+        for i in range(0, len(rngs), together):
+            block = slice(i, i + together)
             found += _solve_block(positions[block], tilts[block], rngs[block], preset, arm)
-        except KeyboardInterrupt:
-            if not found:
-                raise
-            break
-        if found[-1].interrupted:
-            break
+            if any(one.interrupted for one in found[i:]):
+                break
+    except KeyboardInterrupt:  # nothing is known yet of those in work
+        if not found:
+            raise
     return found
 
 
 def _way_points(positions: np.ndarray, tilts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (n, 3) and tilts (n, 3), the one tilt for all repeated."""
-    positions = finite_array("positions", positions, (-1, 3))
-    if np.ndim(tilts) < 2:
-        return positions, np.broadcast_to(finite_array("tilts", tilts, (3,)), positions.shape)
-    return positions, finite_array("tilts", tilts, positions.shape)
+    positions, tilts = not_beyond("positions", positions, (-1, 3)), float_array("tilts", tilts)
+    if tilts.ndim < 2:
+        return positions, np.broadcast_to(not_beyond("tilts", tilts, (3,)), positions.shape)
+    return positions, not_beyond("tilts", tilts, positions.shape)
 
 
 def _solve_block(positions, tilts, rngs, preset: Preset, arm: Arm) -> list[GeneticSolution]:
@@ -196,10 +202,9 @@ def _solve_block(positions, tilts, rngs, preset: Preset, arm: Arm) -> list[Genet
     columns = [np.array(column) for column in zip(*seen, strict=True)]
     histories = [History(*(column[:, i] for column in columns)) for i in range(len(rngs))]
     return [
-        solution(h.q[-1], p, t, arm=arm, reading=preset.reading, evaluations=h.evaluations[-1], history=h,
-                 interrupted=interrupted)
-        for h, p, t in zip(histories, positions, tilts, strict=True)
-    ]  # fmt: skip
+        _measured(history, position, tilt, arm, preset, interrupted)
+        for history, position, tilt in zip(histories, positions, tilts, strict=True)
+    ]
 
 
 def follow(
@@ -210,21 +215,27 @@ def follow(
 
     So the arm stays in one of its many postures, and the motion between way points is short. The first search begins
     at `initial` (7,), or anywhere when None; with `seeded` False so do all. preset: by default "good" for searches that
-    begin anywhere, "seeded" for those that begin at an answer. Ctrl-C ends it: the list holds what there is, the last
-    one `interrupted`. Errors as in `solve`.
+    begin anywhere, "seeded" for those that begin at an answer. Ctrl-C ends it: the list holds what there is, the one
+    in work `interrupted` unless nothing is known of it yet. Errors as in `solve`.
     """
-    anywhere, beside = (find_preset(preset or name) for name in ("good", "seeded"))
+    anywhere, beside = (find_preset(name if preset is None else preset) for name in ("good", "seeded"))
+    if not isinstance(seeded, bool):
+        raise InvalidType("seeded", seeded, "True or False")
     arm, last = as_arm(arm), _initial(initial)
     _check_engine(engine, anywhere), make_rng(seed)
     positions, tilts = _way_points(positions, tilts)
     found: list[GeneticSolution] = []
-    for i, (position, tilt) in enumerate(zip(positions, tilts, strict=True)):
-        chosen = anywhere if last is None else beside
-        steps = _evolve(position, tilt, make_rng(seed, i), chosen, last, engine, arm)
-        found.append(_finish(steps, position, tilt, chosen, arm))
-        if found[-1].interrupted:
-            break
-        last = found[-1].q if seeded else last
+    try:
+        for i, (position, tilt) in enumerate(zip(positions, tilts, strict=True)):
+            chosen = anywhere if last is None else beside
+            steps = _evolve(position, tilt, make_rng(seed, i), chosen, last, engine, arm)
+            found.append(_finish(steps, position, tilt, chosen, arm))
+            if found[-1].interrupted:
+                break
+            last = found[-1].q if seeded else last
+    except KeyboardInterrupt:
+        if not found:
+            raise
     return found
 
 
@@ -236,7 +247,7 @@ def tip_path(q: np.ndarray, *, between: int = 20, arm: Arm = ARM) -> np.ndarray:
     q = finite_array("q", q, (-1, 7))
     if len(q) < 2:
         raise InvalidValue("q", f"{len(q)} configurations", "two or more")
-    share = np.arange(whole_number("between", between, 1))[:, None] / between
+    share = np.arange(whole_number("between", between, 1, MOST))[:, None] / between
     steps = q[:-1, None] + share * (q[1:] - q[:-1])[:, None]
     return forward_kinematics(np.concatenate([steps.reshape(-1, 7), q[-1:]]), arm=arm)[0]
 

@@ -10,9 +10,10 @@ import pink
 import pinocchio as pin
 from deap import base, cma
 
-from tutorialbot.errors import finite_array, positive, whole_number
-from tutorialbot.ik.arm7 import ARM, Arm
-from tutorialbot.ik.fitness import GeneticSolution, History, as_arm, objective, solution, target
+from tutorialbot.errors import InvalidType, finite_array, finite_number, whole_number
+from tutorialbot.ik.arm7 import ARM, Arm, as_arm
+from tutorialbot.ik.fitness import GeneticSolution, History, objective, solution, target
+from tutorialbot.ik.genetic_presets import LARGEST, MOST
 from tutorialbot.ik.oracle import least_slack, lifted, residual
 from tutorialbot.seeding import make_rng, numpy_global
 
@@ -42,8 +43,8 @@ def clik(
     """
     position, tilt = target(position, tilt)
     q = np.clip(finite_array("initial", initial, (7,)), as_arm(arm).lower, arm.upper)
-    positive("damping", damping), positive("near", near)
-    model = model or pinocchio_model(arm)
+    _positive(damping=damping, near=near)
+    model = _checked(model, arm)
     data, frame = model.createData(), model.getFrameId(TIP)
     goal, regular = _goal(position, tilt), damping * np.eye(6)
     for done in range(1, whole_number("iterations", iterations, 1) + 1):  # noqa: B007 - counts the evaluations
@@ -55,6 +56,19 @@ def clik(
         q = q + jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + regular, error)
         q = np.minimum(np.maximum(q, arm.lower), arm.upper)
     return solution(q, position, tilt, arm=arm, evaluations=done)
+
+
+def _positive(**numbers: float) -> None:
+    for name, value in numbers.items():
+        finite_number(name, value, 0.0, LARGEST, above=True)
+
+
+def _checked(model: pin.Model | None, arm: Arm) -> pin.Model:
+    if model is None:
+        return pinocchio_model(arm)
+    if not isinstance(model, pin.Model) or not model.existFrame(TIP):
+        raise InvalidType("model", model, "what pinocchio_model(arm) returns, or None")
+    return model
 
 
 def _goal(position: np.ndarray, tilt: np.ndarray) -> pin.SE3:
@@ -77,8 +91,8 @@ def pink_ik(
     """
     position, tilt = target(position, tilt)
     q = np.clip(finite_array("initial", initial, (7,)), as_arm(arm).lower, arm.upper)
-    positive("damping", damping), positive("near", near), positive("stall", stall)
-    model = model or pinocchio_model(arm)
+    _positive(damping=damping, near=near, stall=stall)
+    model = _checked(model, arm)
     configuration = pink.Configuration(model, model.createData(), q)
     task = pink.FrameTask(TIP, position_cost=1.0, orientation_cost=1.0, lm_damping=damping)
     task.set_target(_goal(position, tilt))
@@ -105,7 +119,7 @@ def slsqp(
     """
     position, tilt = target(position, tilt)
     begin = [] if initial is None else [finite_array("initial", initial, (7,))]
-    drawn = make_rng(seed).uniform(as_arm(arm).lower, arm.upper, (whole_number("starts", starts, 1), 7))
+    drawn = make_rng(seed).uniform(as_arm(arm).lower, arm.upper, (whole_number("starts", starts, 1, MOST), 7))
     found, counts = zip(*(least_slack(q, position, tilt, arm) for q in [*begin, *drawn][:starts]), strict=True)
     best = min(found, key=lambda q: residual(q, position, tilt, arm))
     return solution(best, position, tilt, arm=arm, evaluations=sum(counts))
@@ -133,10 +147,11 @@ def cma_es(
     position, tilt = target(position, tilt)
     value = objective(position, tilt, arm=as_arm(arm))
     middle = 0.5 * (arm.lower + arm.upper) if initial is None else finite_array("initial", initial, (7,))
-    whole_number("children", children, 4), whole_number("evaluations", evaluations, children)
+    whole_number("children", children, 4, MOST), whole_number("evaluations", evaluations, children)
+    _positive(sigma=sigma), finite_number("level", level, 0.0)
     best, lowest, seen = middle, np.inf, []
     with numpy_global(make_rng(seed)):
-        strategy = cma.Strategy(middle.tolist(), positive("sigma", sigma), lambda_=children)
+        strategy = cma.Strategy(middle.tolist(), sigma, lambda_=children)
         for done in range(children, evaluations + 1, children):
             population = strategy.generate(_Individual)
             values = value(np.array(population))

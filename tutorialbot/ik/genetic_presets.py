@@ -11,9 +11,11 @@ where one population would settle in the first.
 
 from dataclasses import dataclass, replace
 
-from tutorialbot.errors import InvalidType, InvalidValue, finite_number, one_of, positive, whole_number
+from tutorialbot.errors import InvalidType, InvalidValue, finite_number, one_of, whole_number
 from tutorialbot.ik.fitness import NORMS, PENALTY
 from tutorialbot.ik.tilts import READINGS
+
+MOST, LARGEST = 1_000_000, 1e9  # of counts; of other numbers
 
 CHOICES = {
     "parents": ("random", "tournament"),
@@ -75,8 +77,8 @@ class Preset:
             raise InvalidType("name", self.name, "text")
         for field, choices in CHOICES.items():
             one_of(field, getattr(self, field), choices)
-        whole_number("population", self.population, 4), whole_number("generations", self.generations)
-        whole_number("parents_of", self.parents_of, 1), whole_number("islands", self.islands, 1)
+        for field, least in (("population", 4), ("generations", 0), ("parents_of", 1), ("islands", 1)):
+            whole_number(field, getattr(self, field), least, MOST)
         if self.population % self.islands or self.population < 4 * self.islands:
             expected = f"a divisor of the population, {self.population}, that leaves 4 members or more on each"
             raise InvalidValue("islands", self.islands, expected)
@@ -86,12 +88,12 @@ class Preset:
             shares = (self.crossover_share, self.mutation_share)
             raise InvalidValue("crossover_share, mutation_share", shares, "a sum of at most 1 where variation is 'or'")
         for field in ("blend", "beyond", "factor", "weight", "penalty"):
-            finite_number(field, getattr(self, field), 0.0)
-        positive("spread", self.spread)
+            finite_number(field, getattr(self, field), 0.0, LARGEST)
+        finite_number("spread", self.spread, 0.0, LARGEST, above=True)
         if not isinstance(self.sigma, tuple | list) or len(self.sigma) != 2:
             raise InvalidType("sigma", self.sigma, "two numbers: the first generation's and the last one's")
         for value in self.sigma:
-            positive("sigma", value)
+            finite_number("sigma", value, 0.0, LARGEST, above=True)
 
     def sigma_at(self, generation: int) -> float:
         """Return the width of the Gaussian steps [rad] that make generation 1 to `generations`."""

@@ -13,9 +13,9 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from tutorialbot.errors import InvalidValue, finite_array, whole_number
-from tutorialbot.ik.arm7 import ARM, Arm
-from tutorialbot.ik.fitness import GeneticSolution, as_arm, solution, target, task_error, task_jacobian
+from tutorialbot.errors import InvalidValue, whole_number
+from tutorialbot.ik.arm7 import ARM, Arm, as_arm
+from tutorialbot.ik.fitness import GeneticSolution, not_beyond, solution, target, task_error, task_jacobian
 from tutorialbot.seeding import make_rng
 
 SWIVELS = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
@@ -91,8 +91,8 @@ def swivel_family(
     """
     if not is_usual(as_arm(arm)):
         raise InvalidValue("arm", arm, "axes that meet in shoulder and wrist as in the default arm, for a closed form")
-    positions = finite_array("positions", positions, (-1, 3))
-    tilts, swivels = finite_array("tilts", tilts, positions.shape), finite_array("swivels", swivels, (-1,))
+    positions = not_beyond("positions", positions, (-1, 3))
+    tilts, swivels = not_beyond("tilts", tilts, positions.shape), not_beyond("swivels", swivels, (-1,))
     hand = Rotation.from_euler("YXZ", tilts[:, [1, 0, 2]])
     wrist = positions - hand.apply(arm.offsets[7].copy()) - arm.offsets[0]  # from the shoulder
     distance = np.linalg.norm(wrist, axis=1)

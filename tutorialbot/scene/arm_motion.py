@@ -10,6 +10,7 @@ from tutorialbot.scene import control, room
 
 PERIOD = 0.01  # of the outer loop [s]
 REST = 1e-9  # [rad]
+LONGEST = 3600.0  # that a way point may be held [s]
 
 
 @dataclass(frozen=True)
@@ -30,12 +31,18 @@ class ArmTrace:
 def follow_angles(
     world: mujoco.MjModel, data: mujoco.MjData, lead: np.ndarray, way_points: np.ndarray, *, hold: float = 0.5
 ) -> ArmTrace:
-    """Move the left arm of an assembled world through joint angles (k, 7) [rad], each held for `hold` [s].
+    """Move the left arm of an assembled world through joint angles (k, 7) [rad], each held for `hold` [s], for
+    an instant at least.
 
     world, lead (10,): as `room.assemble` returns them; data: the state to go on from, see `room.place`; the base stays.
-    Raises InvalidType or InvalidValue for way points of another shape, with NaN, or beyond a joint's range.
+    Raises InvalidType or InvalidValue for way points of another shape, with NaN, or beyond a joint's range, and for a
+    world whose time step is longer than PERIOD.
     """
     way_points = finite_array("way_points", way_points, (-1, len(room.ARM)))
+    if not len(way_points):
+        raise InvalidValue("way_points", "none", "one or more")
+    if world.opt.timestep > PERIOD:
+        raise InvalidValue("world.opt.timestep", world.opt.timestep, f"a time step of {PERIOD} s or less")
     ranges = np.array([world.joint(name).range for name in room.ARM])
     beyond = (way_points < ranges[:, 0] - 1e-6) | (way_points > ranges[:, 1] + 1e-6)
     if beyond.any():
@@ -43,7 +50,7 @@ def follow_angles(
         low, high = ranges[joint].round(4).tolist()
         found = float(way_points[row, joint])
         raise InvalidValue(f"way_points[{row}, {joint}]", found, f"an angle within [{low}, {high}] rad")
-    held = round(finite_number("hold", hold, 0.0) / PERIOD)
+    held = max(1, round(finite_number("hold", hold, 0.0, LONGEST) / PERIOD))
     actuators = [world.actuator(name).id for name in room.ARM]
     joints = [world.joint(name).qposadr[0] for name in room.ARM]
     abdomen, tip = data.site("abdomen"), data.site("tip")

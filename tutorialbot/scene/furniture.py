@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from tutorialbot.errors import InvalidType, finite_number, one_of
+from tutorialbot.errors import InvalidType, InvalidValue, finite_number, one_of
 from tutorialbot.scene.furniture_kinds import KINDS, Part
 
 SMALLEST, LARGEST = 0.02, 6.0  # of length, width and height [m]
@@ -37,6 +37,8 @@ class Furniture:
         one_of("kind", self.kind, KINDS)
         if not isinstance(self.name, str) or not self.name.strip():
             raise InvalidType("name", self.name, "a name such as 'table'")
+        if self.name == "world":
+            raise InvalidValue("name", self.name, "another name: MuJoCo's root is called so")
         for name in ("x", "y", "yaw"):
             finite_number(name, getattr(self, name))
         for name, usual in zip(("length", "width", "height"), KINDS[self.kind][0], strict=True):

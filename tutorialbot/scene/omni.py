@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tutorialbot.errors import InvalidValue, finite_array, finite_number, positive
+from tutorialbot.errors import InvalidType, InvalidValue, finite_array, finite_number, positive
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,9 @@ class OmniWheel:
 
 
 def jacobian(wheels: Sequence[OmniWheel]) -> np.ndarray:
-    """Return J (n, 3) [1/m, 1/m, 1]: wheel rates = J @ twist."""
+    """Return J (n, 3) [1/m, 1/m, 1]: wheel rates = J @ twist. Raises InvalidType for what is no row of wheels."""
+    if not isinstance(wheels, Sequence) or not wheels or not all(isinstance(wheel, OmniWheel) for wheel in wheels):
+        raise InvalidType("wheels", wheels, "one OmniWheel or more, in a tuple or list")
     x, y, angle, radius = np.array([(wheel.x, wheel.y, wheel.angle, wheel.radius) for wheel in wheels]).T
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.stack([cosine, sine, x * sine - y * cosine], axis=1) / radius[:, None]
@@ -60,9 +62,10 @@ def to_twist(wheels: Sequence[OmniWheel], rates: np.ndarray) -> tuple[np.ndarray
     The slip is the length of the residual of the n rolling equations r theta' = u . h: zero when the rates belong
     together. Raises InvalidValue when the wheels cannot tell the twist (fewer than three, or all parallel).
     """
+    unit = jacobian(wheels)
     rates = finite_array("rates", rates, (len(wheels),))
     radius = np.array([wheel.radius for wheel in wheels])
-    equations = jacobian(wheels) * radius[:, None]
+    equations = unit * radius[:, None]
     if np.linalg.matrix_rank(equations) < 3:
         raise InvalidValue("wheels", wheels, "three or more whose directions fix the base's motion")
     twist = np.linalg.lstsq(equations, radius * rates, rcond=None)[0]
