@@ -2,15 +2,23 @@
 
 The nozzle is told by where its middle is in the base's frame, (forward, left) [m]. With the hand held as in Table 1
 that is a shift away from the thumb's root, the target of the inverse kinematics.
+
+Between two answers of the algorithm the hand does not go straight: half way it is off by up to 4 cm, for neighbours
+differ in how far the elbow is raised, too. So the answers are refined on a dense lattice by Newton's method, whose
+steps are the smallest ones that bring the hand where it shall be.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy.ndimage import map_coordinates
 
 from tutorialbot.errors import InvalidValue
 from tutorialbot.ik import genetic
+from tutorialbot.ik.fitness import task_error
 from tutorialbot.scene import room as rooms
 
 TILT = np.array([0.0, -np.pi / 2, 0.0])  # paper 2, Table 1
@@ -21,6 +29,9 @@ PRESS = 0.002  # how far below the floor the arm is told to hold the nozzle, so 
 REST_TILT, REST_TIP = np.deg2rad([0.0, -80.0, 0.0]), np.array([0.03, 0.30, 0.29])  # beside the body, off the floor
 SEEDED = replace(genetic.GOOD, name="seeded", population=100, generations=80)  # beside a solution this is enough
 COLD = 6  # searches from nowhere; the elbow hangs lowest in the one that is kept
+DENSE = 8  # lattice steps from one solved posture to the next
+HEIGHTS = 5  # ... and levels from the floor to LIFT
+NEWTON = 3  # steps
 TOLERANCE, TRIES = 0.001, 5  # [m] and [rad]; a search that misses it goes on from where it ended
 
 
@@ -38,24 +49,36 @@ class Postures:
     error: float
     evaluations: int
 
+    @cached_property
+    def lattice(self) -> np.ndarray:
+        """Postures (HEIGHTS, DENSE (f - 1) + 1, DENSE (l - 1) + 1, 7) [rad], evenly from FORWARD[0], LEFT[0] on."""
+        both = np.stack([self.down, self.lifted])
+        sizes = HEIGHTS, *(DENSE * (n - 1) + 1 for n in self.down.shape[:2])
+        places = np.meshgrid(*(np.linspace(0, n - 1, k) for n, k in zip(both.shape, sizes, strict=False)), indexing="ij")
+        height = -PRESS + (LIFT + PRESS) * places[0]
+        forward, left = (np.interp(at, np.arange(len(grid)), grid) for at, grid in zip(places[1:], (FORWARD, LEFT), strict=True))
+        found = np.stack([map_coordinates(both[..., i], places, order=1) for i in range(7)], axis=-1)
+        return refined(found, np.moveaxis(tip(forward, left, height), 0, -1))
+
     def arm(self, nozzle: np.ndarray, height: np.ndarray) -> np.ndarray:
-        """Return joint angles (n, 7) for nozzles (n, 2) [m] in the base's frame, and shares lifted (n,) from 0 to 1.
-
-        Between the solved postures, linear in each joint.
-        """
-        places = []
-        for grid, value in ((FORWARD, nozzle[:, 0]), (LEFT, nozzle[:, 1])):
-            at = np.clip(np.interp(value, grid, np.arange(len(grid))), 0, len(grid) - 1 - 1e-9)
-            places.append((at.astype(int), at - at.astype(int)))
-        (i, a), (j, b) = places
-        found = 0.0
-        for di, dj, share in ((0, 0, (1 - a) * (1 - b)), (1, 0, a * (1 - b)), (0, 1, (1 - a) * b), (1, 1, a * b)):
-            both = (1 - height)[:, None] * self.down[i + di, j + dj] + height[:, None] * self.lifted[i + di, j + dj]
-            found = found + share[:, None] * both
-        return found
+        """Return joint angles (n, 7) for nozzles (n, 2) [m] in the base's frame, and shares lifted (n,) from 0 to 1."""
+        places = np.stack([height * (HEIGHTS - 1), *(DENSE * np.interp(nozzle[:, k], grid, np.arange(len(grid)))
+                                                     for k, grid in enumerate((FORWARD, LEFT)))])  # fmt: skip
+        return np.stack([map_coordinates(self.lattice[..., i], places, order=1, mode="nearest") for i in range(7)], 1)
 
 
-def tip(forward: float, left: float, height: float) -> np.ndarray:
+def refined(q: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Return q (..., 7) after NEWTON steps to `position` (..., 3) [m] at TILT, each the smallest one, inside limits."""
+    q, shifts, arm = q.copy(), 1e-6 * np.eye(7), genetic.ARM
+    for _ in range(NEWTON):
+        error = task_error(q, position, TILT, arm)
+        slopes = [(task_error(q + shift, position, TILT, arm) - error) / shifts[0, 0] for shift in shifts]
+        q -= (np.linalg.pinv(np.stack(slopes, axis=-1)) @ error[..., None])[..., 0]
+        np.clip(q, arm.lower, arm.upper, out=q)
+    return q
+
+
+def tip(forward: ArrayLike, left: ArrayLike, height: ArrayLike) -> np.ndarray:
     """Return the thumb's root (3,) [m] in the abdomen's frame when the nozzle is at (forward, left) and `height`."""
     shift = rooms.NOZZLE_FROM_TIP
     return np.array([forward - shift[0], left - shift[1], rooms.WORKING_HEIGHT + height])
