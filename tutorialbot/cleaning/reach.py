@@ -25,7 +25,6 @@ TILT = np.array([0.0, -np.pi / 2, 0.0])  # paper 2, Table 1
 FORWARD = rooms.NOZZLE_FROM_TIP[0] + 0.10 + 0.05 * np.arange(7)  # of the nozzle before the base's middle [m]
 LEFT = rooms.NOZZLE_FROM_TIP[1] - 0.10 + 0.0625 * np.arange(9)  # [m]
 LIFT = 0.03  # of the nozzle above the floor between lanes [m]
-PRESS = 0.002  # how far below the floor the arm is told to hold the nozzle, so that it stays in touch [m]
 REST_TILT, REST_TIP = np.deg2rad([0.0, -80.0, 0.0]), np.array([0.03, 0.30, 0.29])  # beside the body, off the floor
 SEEDED = replace(genetic.GOOD, name="seeded", population=100, generations=80)  # beside a solution this is enough
 COLD = 6  # searches from nowhere; the elbow hangs lowest in the one that is kept
@@ -55,7 +54,7 @@ class Postures:
         both = np.stack([self.down, self.lifted])
         sizes = HEIGHTS, *(DENSE * (n - 1) + 1 for n in self.down.shape[:2])
         places = np.meshgrid(*(np.linspace(0, n - 1, k) for n, k in zip(both.shape, sizes, strict=False)), indexing="ij")
-        height = -PRESS + (LIFT + PRESS) * places[0]
+        height = LIFT * places[0]
         forward, left = (np.interp(at, np.arange(len(grid)), grid) for at, grid in zip(places[1:], (FORWARD, LEFT), strict=True))
         found = np.stack([map_coordinates(both[..., i], places, order=1) for i in range(7)], axis=-1)
         return refined(found, np.moveaxis(tip(forward, left, height), 0, -1))
@@ -109,7 +108,7 @@ def solve_postures(seed: int) -> Iterator[int | Postures]:
         kept.append(answers[-1])
         return initial
 
-    middle = tip(FORWARD[middle_i], LEFT[middle_j], -PRESS)
+    middle = tip(FORWARD[middle_i], LEFT[middle_j], 0.0)
     cold = genetic.solve_many(np.tile(middle, (COLD, 1)), np.tile(TILT, (COLD, 1)),
                               seeds=[1000 * seed + 900 + i for i in range(COLD)])  # fmt: skip
     answers += [answer for answer in cold if answer.converged]
@@ -122,7 +121,7 @@ def solve_postures(seed: int) -> Iterator[int | Postures]:
             for rows in (range(middle_i, len(FORWARD)), range(middle_i - 1, -1, -1)):
                 last = beside if rows[0] == middle_i else down[middle_i, j]
                 for i in rows:
-                    last = down[i, j] = solve(tip(FORWARD[i], LEFT[j], -PRESS), last)
+                    last = down[i, j] = solve(tip(FORWARD[i], LEFT[j], 0.0), last)
                     lifted[i, j] = solve(tip(FORWARD[i], LEFT[j], LIFT), last)
                     yield len(answers)
             beside = down[middle_i, j]

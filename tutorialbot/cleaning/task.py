@@ -130,7 +130,7 @@ def execute(simulation: CleaningSimulation, motions: Sequence[Motion], postures:
         for samples, start, end in zip(motion.samples(postures), motion.nozzle[:-1], motion.nozzle[1:], strict=True):
             way = np.linalg.norm(samples[-1, :2] - samples[0, :2] + end - start)  # at most this far goes the nozzle
             floor = motion.lane is not None
-            simulation.follow(paced(samples, SPEED_ON_FLOOR / max(way, 1e-3) if floor else np.inf))
+            simulation.follow(paced(samples, SPEED_ON_FLOOR / max(way, 1e-3) if floor else np.inf), press=floor)
             if simulation.failed:
                 return
         yield motion
