@@ -11,15 +11,15 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 import shapely
-from scipy.ndimage import map_coordinates
 
-from tutorialbot.cleaning.reach import FORWARD, LEFT, LIFT, Postures
+from tutorialbot.cleaning.reach import DENSE, FORWARD, LEFT, LIFT, Postures
 from tutorialbot.scene import room as rooms
 from tutorialbot.scene.room import Room
 
 RASTER = 0.02  # [m]
 SPACING = 0.03  # of columns along a capsule [m]
 MANY = 1000  # poses
+EVERY = 2  # steps of the postures' lattice from one measured posture to the next
 BAND = 0.02  # heights are rounded outwards to multiples of it [m]
 
 
@@ -35,6 +35,16 @@ class Distances:
         self.rasters = np.empty((0, len(self.x), len(self.y)))
         self._bands: dict[tuple[float, float], int] = {}
         self._same: dict[bytes, int] = {}
+        self._layers: dict[Columns, np.ndarray] = {}
+
+    def layers(self, columns: "Columns") -> np.ndarray:
+        """Return which of `rasters` holds the distances for the heights of each column (..., m)."""
+        if columns not in self._layers:
+            bands = np.stack([columns.low, columns.high], axis=-1)
+            kinds, which = np.unique(bands.reshape(-1, 2), axis=0, return_inverse=True)
+            numbers = np.array([self.layer(low, high) for low, high in kinds.tolist()])
+            self._layers[columns] = numbers[which].reshape(columns.low.shape)
+        return self._layers[columns]
 
     def layer(self, low: float, high: float) -> int:
         """Return which of `rasters` holds the distances [m] at (x, y) for heights low..high; negative off the floor."""
@@ -51,46 +61,61 @@ class Distances:
             self._bands[band] = self._same[key]
         return self._bands[band]
 
-    def at(self, layers: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return distances (n, m) [m] at places x, y (n, m) in rasters `layers` (m,), linear between their points."""
-        places = np.stack([np.broadcast_to(layers, x.shape), (x - self.low[0]) / RASTER, (y - self.low[1]) / RASTER])
-        return map_coordinates(self.rasters, places, order=1, mode="nearest")
+    def at(self, layers: np.ndarray | int, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return distances (...) [m] at places x, y (...) in rasters `layers`, linear between their points."""
+        return self._linear(self.rasters, layers, x, y)
 
     def between(self, raster: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return values of a raster (len(x), len(y)) of one's own between its points, linear."""
-        places = np.stack([(x - self.low[0]) / RASTER, (y - self.low[1]) / RASTER])
-        return map_coordinates(raster, places, order=1, mode="nearest")
+        return self._linear(raster, 0, x, y)
+
+    def _linear(self, rasters: np.ndarray, layers: np.ndarray | int, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        columns, rows = rasters.shape[-2:]
+        a = np.clip((x - self.low[0]) / RASTER, 0.0, columns - 1.001)
+        b = np.clip((y - self.low[1]) / RASTER, 0.0, rows - 1.001)
+        i, j = a.astype(np.intp), b.astype(np.intp)
+        a -= i
+        b -= j
+        flat, first = rasters.ravel(), (layers * columns + i) * rows + j
+        near = flat.take(first) * (1.0 - b) + flat.take(first + 1) * b
+        far = flat.take(first + rows) * (1.0 - b) + flat.take(first + rows + 1) * b
+        return near * (1.0 - a) + far * a
 
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """Upright discs in the base's frame: middles (m, 2), radii (m,), heights low and high (m,) [m]."""
+    """Upright discs in the base's frame: middles (..., m, 2), radii, heights low and high (..., m) [m]."""
 
     middles: np.ndarray
     radii: np.ndarray
     low: np.ndarray
     high: np.ndarray
 
-    def clearance(self, distances: Distances, poses: np.ndarray, shifts: np.ndarray | None = None) -> np.ndarray:
-        """Return the smallest clearance (...) [m] of all discs with the base at poses (..., 3).
+    def clearance(
+        self, distances: Distances, poses: np.ndarray, shifts: np.ndarray | None = None, which: tuple = ()
+    ) -> np.ndarray:
+        """Return the smallest clearance (n,) [m] of all discs with the base at poses (n, 3).
 
-        shifts (..., 2) [m]: where the columns' own frame is in the base's; None: there.
+        shifts (n, 2) [m]: where the columns' own frame is in the base's; None: there. which: numbers (n,) along each of
+        the axes before m, for every pose; none when there are no such axes.
         """
-        flat = poses.reshape(-1, 3)
-        cosine, sine = np.cos(flat[:, 2, None]), np.sin(flat[:, 2, None])
-        forward, left = (self.middles[:, k] for k in (0, 1))
+        cosine, sine = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
+        middles, radii, layers = self.middles[which], self.radii[which], distances.layers(self)[which]
+        forward, left = middles[..., 0], middles[..., 1]
         if shifts is not None:
-            forward, left = (self.middles[:, k] + shifts.reshape(-1, 2)[:, k, None] for k in (0, 1))
-        x = flat[:, 0, None] + cosine * forward - sine * left
-        y = flat[:, 1, None] + sine * forward + cosine * left
-        layers = np.array([distances.layer(*band) for band in zip(self.low.tolist(), self.high.tolist(), strict=True)])
-        if len(flat) < MANY:
-            return (distances.at(layers, x, y) - self.radii).min(axis=1).reshape(poses.shape[:-1])
-        least = np.full(len(flat), np.inf)  # faster, for many poses
+            forward, left = forward + shifts[:, :1], left + shifts[:, 1:]
+        x = poses[:, :1] + cosine * forward - sine * left
+        y = poses[:, 1:2] + sine * forward + cosine * left
+        if len(poses) < MANY or which:
+            return (distances.at(layers, x, y) - radii).min(axis=1)
+        least = np.full(len(poses), np.inf)  # needs less memory
         for k, layer in enumerate(layers):
-            away = distances.between(distances.rasters[layer], x[:, k], y[:, k])
-            np.minimum(least, away - self.radii[k], out=least)
-        return least.reshape(poses.shape[:-1])
+            np.minimum(least, distances.at(layer, x[:, k], y[:, k]) - radii[k], out=least)
+        return least
+
+    def part(self, *which: int) -> "Columns":
+        """Return one set of several, `which` of each axis before m."""
+        return Columns(*(values[which] for values in vars(self).values()))
 
     def moved(self, shift: Sequence[float]) -> "Columns":
         """Return the same columns, their frame's origin at `shift` (2,)."""
@@ -103,30 +128,34 @@ class Columns:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """The robot's columns, by what they move with. `base`: all that never moves in the base's frame; `arm[i, j]`: upper
-    arm and forearm with the nozzle at FORWARD[i], LEFT[j], in the base's frame; `vacuum`: cleaner, hand and pipe, not
-    the nozzle, about the middle of the nozzle; `nozzle`: its rim, the same; `rest`: all, in the rest posture.
+    """The robot's columns, by what they move with. `base`: all that never moves in the base's frame; `arm` and
+    `arm_down` (f, l, m): upper arm and forearm in the base's frame, the nozzle lifted or on the floor, at `forward`,
+    `left` [m]; `vacuum`: cleaner, hand and pipe about the middle of the nozzle; `held`: with the nozzle's rim; `rest`:
+    all, in the rest posture.
     """
 
     base: Columns
-    arm: dict[tuple[int, int], Columns]
+    arm: Columns
+    arm_down: Columns
     vacuum: Columns
-    nozzle: Columns
+    held: Columns
     rest: Columns
+    forward: np.ndarray
+    left: np.ndarray
 
     def clearance(self, distances: Distances, poses: np.ndarray, nozzles: np.ndarray) -> np.ndarray:
         """Return the clearance (n,) [m] of the whole robot, the base at poses (n, 3), the nozzle at nozzles (n, 2) [m]
-        in the base's frame, lifted. The arm is that of the solved posture next to it.
+        in the base's frame, lifted. The arm is that of the measured posture next to it.
         """
         nozzles = np.broadcast_to(nozzles, (len(poses), 2))
         least = self.base.clearance(distances, poses)
-        np.minimum(least, (self.vacuum + self.nozzle).clearance(distances, poses, nozzles), out=least)
-        nearest = np.stack([np.abs(nozzles[:, k, None] - grid).argmin(axis=1)
-                            for k, grid in enumerate((FORWARD, LEFT))], axis=1)  # fmt: skip
-        for key in {tuple(row) for row in nearest.tolist()}:
-            same = (nearest == key).all(axis=1)
-            least[same] = np.minimum(least[same], self.arm[key].clearance(distances, poses[same]))
-        return least
+        np.minimum(least, self.held.clearance(distances, poses, nozzles), out=least)
+        return np.minimum(least, self.arm.clearance(distances, poses, which=self.nearest(nozzles)), out=least)
+
+    def nearest(self, nozzles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return numbers (n,) in `forward` and `left` of the measured postures next to nozzles (n, 2)."""
+        grids = self.forward, self.left
+        return tuple(np.interp(nozzles[:, k], g, np.arange(len(g))).round().astype(int) for k, g in enumerate(grids))
 
 
 def measure(model: mujoco.MjModel, postures: Postures) -> Body:
@@ -140,20 +169,23 @@ def measure(model: mujoco.MjModel, postures: Postures) -> Body:
         held = name.startswith(("vacuum/", "finger")) or name in ("arm_hand", "thumb")
         parts["vacuum" if held else "arm" if name.startswith("arm_") else "base"].append(int(geom))
 
-    def columns(geoms: list[int], shift: Sequence[float] = (0.0, 0.0)) -> Columns:
-        return _columns(model, data, geoms).moved(shift)
+    def columns(part: str, arm: np.ndarray) -> Columns:
+        rooms.place(model, data, np.zeros(3), arm)
+        return _columns(model, data, parts[part])
 
-    arm = {}
-    for i, j in np.ndindex(len(FORWARD), len(LEFT)):
-        rooms.place(model, data, np.zeros(3), postures.down[i, j])
-        arm[i, j] = columns(parts["arm"])
+    lattice = postures.lattice[:, ::EVERY, ::EVERY]
+    forward, left = (np.interp(np.arange(n) * EVERY / DENSE, np.arange(len(grid)), grid)
+                     for n, grid in zip(lattice.shape[1:3], (FORWARD, LEFT), strict=True))  # fmt: skip
+    arms = [_stacked([[columns("arm", q) for q in row] for row in level]) for level in (lattice[-1], lattice[0])]
     i, j = len(FORWARD) // 2, len(LEFT) // 2
-    rooms.place(model, data, np.zeros(3), postures.down[i, j])
-    vacuum, base = columns(parts["vacuum"], (FORWARD[i], LEFT[j])), columns(parts["base"])
-    rooms.place(model, data, np.zeros(3), postures.raising[0])
-    middle = data.site("vacuum/nozzle").xpos[:2]
-    rest = columns([*parts["arm"], *parts["vacuum"]]) + _rim().moved(-middle) + base
-    return Body(base, arm, vacuum, _rim(), rest)
+    vacuum = columns("vacuum", postures.down[i, j]).moved((FORWARD[i], LEFT[j]))
+    rest = columns("arm", postures.raising[0]) + columns("vacuum", postures.raising[0])
+    middle, base = data.site("vacuum/nozzle").xpos[:2].copy(), columns("base", postures.raising[0])
+    return Body(base, *arms, vacuum, vacuum + _rim(), rest + _rim().moved(-middle) + base, forward, left)
+
+
+def _stacked(sets: list[list[Columns]]) -> Columns:
+    return Columns(*(np.array([[vars(one)[name] for one in row] for row in sets]) for name in vars(sets[0][0])))
 
 
 def _rim() -> Columns:

@@ -47,9 +47,13 @@ class Cells:
 
 
 def floor_to_clean(area: np.ndarray, room: Room) -> shapely.Geometry:
-    """Return the area (k, 2) [m] inside the room, minus furniture as high as the nozzle."""
+    """Return the part of the area (k, 2) [m] that is in the room and clear of furniture as high as the nozzle.
+
+    Clear is what does not touch: the very line where a wall or a piece begins is not among it.
+    """
     furniture = [shapely.Polygon(corners) for corners in room.obstacles(0.0, rooms.NOZZLE_HEIGHT)]
-    return shapely.Polygon(area).intersection(room.polygon).difference(shapely.union_all(furniture))
+    clear = room.polygon.difference(shapely.union_all(furniture)).buffer(-TOUCH, join_style="mitre")
+    return shapely.Polygon(area).buffer(TOUCH, join_style="mitre").intersection(clear)
 
 
 def reachable_cells(area: np.ndarray, room: Room, headings: int = HEADINGS) -> Cells:
@@ -57,7 +61,7 @@ def reachable_cells(area: np.ndarray, room: Room, headings: int = HEADINGS) -> C
 
     A cell is reachable when, for some of `headings` in a turn, there is a place for the nozzle such that
 
-    - its footprint, a rectangle, lies within the floor to be cleaned (it may touch furniture and walls) and covers the
+    - its footprint, a rectangle, lies within the floor to be cleaned, touches neither furniture nor walls, and covers the
       cell's centre,
     - pipe and cleaner, which the hand holds at a fixed tilt over the nozzle, stand in nobody's way,
     - somewhere within the arm's reach behind it there is room for the robot's base.
@@ -68,7 +72,7 @@ def reachable_cells(area: np.ndarray, room: Room, headings: int = HEADINGS) -> C
     low, high = np.min(area, axis=0), np.max(area, axis=0)
     cells = np.ceil((high - low) / CELL - TOUCH).astype(int)
     raster = _Raster(low, 2 * cells + 1)  # odd numbers are centres of cells
-    inside = raster.within(floor_to_clean(area, room).buffer(TOUCH))
+    inside = raster.within(floor_to_clean(area, room))
     solid, tool = tool_solids(room, raster), tool_points()
     standing = room.polygon.buffer(-rooms.BASE_RADIUS).difference(
         shapely.union_all([shapely.Polygon(part) for part in room.obstacles(0.0, BASE_HIGH)]).buffer(rooms.BASE_RADIUS)

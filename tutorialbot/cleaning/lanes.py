@@ -24,9 +24,9 @@ HEADINGS = np.pi / 8 * np.array([0, 4, 8, 12, 2, 6, 10, 14, *range(1, 16, 2)])  
 EXTENSIONS = np.array([0, 2, 4, 6])  # numbers of FORWARD between which a lane is checked
 SIDES = np.array([0, 4, 8])  # numbers of LEFT at which lanes are driven
 STEP = 0.02  # between places along and across the lanes that are tried [m]
-GAP = 0.005  # the nozzle keeps from furniture and walls [m]
+GAP = 0.003  # the nozzle keeps from furniture and walls [m]
 MARGIN = 0.012  # all else keeps [m]
-OVERLAP = 0.003  # what is nearer than this [m] to the nozzle's rim is not counted on
+OVERLAP = 0.0015  # what is nearer than this [m] to the nozzle's rim is not counted on
 BIN = 0.01  # for counting cells under a lane [m]
 LEAST = 4  # new cells for which a lane is still worth it
 OVERHEAD = 0.5  # length [m] that costs as much time as getting to another lane
@@ -123,16 +123,18 @@ class Headed:
         fits = np.zeros((*nozzle.shape, len(EXTENSIONS), len(SIDES)), dtype=bool)
         for side, j in enumerate(SIDES):
             for k, i in enumerate(EXTENSIONS):
-                dx, dy = self.turn @ [FORWARD[i], LEFT[j]]
+                middle = np.array([[FORWARD[i], LEFT[j]]])
+                dx, dy = self.turn @ middle[0]
                 bx, by = x[nozzle] - dx, y[nozzle] - dy
-                arm = self._clearance(body.arm[i, j], distances, 2)
+                arm = self._clearance(body.arm_down.part(*(int(n[0]) for n in body.nearest(middle))), distances, 2)
                 fits[nozzle, k, side] = (base(bx, by) > MARGIN) & (arm(bx, by) > MARGIN)
         return fits
 
     def _clearance(self, columns: Columns, distances: Distances, stride: int) -> Callable:
         """Return a function of x and y [m]: clearance of the columns with the base there, from a raster made now."""
         x, y = np.meshgrid(distances.x[::stride], distances.y[::stride], indexing="ij")
-        raster = columns.clearance(distances, np.stack([x, y, np.full(x.shape, self.heading)], axis=-1))
+        poses = np.stack([x, y, np.full(x.shape, self.heading)], axis=-1).reshape(-1, 3)
+        raster = columns.clearance(distances, poses).reshape(x.shape)
         low = distances.low
 
         def at(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -243,28 +245,28 @@ def choose_lanes(
 ) -> Iterator[tuple[Lane, float]]:
     """Yield lanes, the most useful first, each with the share of reachable cells planned so far.
 
-    accessible: whether the robot can get to a lane; those to which it cannot are left out.
+    accessible: whether the robot can get to a lane; those to which it cannot are left out. What a lane is worth only
+    falls from lane to lane, so the last values are upper bounds, and few headings have to be counted anew each time.
     """
     wanted = np.ones(int(cells.reachable.sum()), dtype=bool)
-    shut = [np.zeros(len(one.runs), dtype=bool) for one in headed]
+    worth = [np.full(len(one.runs), np.inf) for one in headed]
+    counted = np.zeros(len(headed), dtype=bool)
     while wanted.any():
-        best, choice = 0.0, None
-        for number, one in enumerate(headed):
-            gains = np.where(shut[number], 0, one.gains(wanted))
-            gains[gains < LEAST] = 0
-            if not len(gains):
-                continue
-            worth = gains / one.costs()
-            k = int(worth.argmax())
-            if worth[k] > best * (1 + 1e-9):
-                best, choice = worth[k], (number, k)
-        if choice is None:
+        number = int(np.argmax([values.max(initial=0.0) for values in worth]))
+        best = worth[number].max(initial=0.0)
+        if best <= 0.0:
             return
-        number, k = choice
+        if not counted[number]:
+            gains = headed[number].gains(wanted)
+            gains[(gains < LEAST) | (worth[number] <= 0.0)] = 0
+            worth[number], counted[number] = gains / headed[number].costs(), True
+            continue
+        k = int(worth[number].argmax())
         found = headed[number].lane(k, wanted)
         if found is None or not accessible(found[0]):
-            shut[number][k] = True
+            worth[number][k] = 0.0
             continue
         lane, under = found
         wanted &= ~under
+        counted[:] = False
         yield lane, 1.0 - float(wanted.mean())
