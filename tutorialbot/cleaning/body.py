@@ -16,11 +16,10 @@ from tutorialbot.cleaning.reach import DENSE, FORWARD, LEFT, LIFT, Postures
 from tutorialbot.scene import room as rooms
 from tutorialbot.scene.room import Room
 
-RASTER = 0.02  # [m]
-SPACING = 0.03  # of columns along a capsule [m]
+RASTER = 0.01  # [m]
+SPACING = 0.02  # of columns along a capsule [m]
 MANY = 1000  # poses
-EVERY = 2  # steps of the postures' lattice from one measured posture to the next
-BAND = 0.02  # heights are rounded outwards to multiples of it [m]
+BAND = 0.005  # heights are rounded outwards to multiples of it [m]
 
 
 class Distances:
@@ -30,11 +29,12 @@ class Distances:
         self.room = room
         self.low = room.floor.min(axis=0)
         self.x, self.y = (np.arange(self.low[i], room.floor[:, i].max() + 2 * RASTER, RASTER) for i in (0, 1))
-        self.points = shapely.points(*np.meshgrid(self.x, self.y, indexing="ij"))
-        self.inside = shapely.covers(room.polygon, self.points)
+        x, y = np.meshgrid(self.x, self.y, indexing="ij")
+        self._walls = np.where(shapely.contains_xy(room.polygon, x, y), 1.0, -1.0) * _from_edges(room.floor, x, y)
         self.rasters = np.empty((0, len(self.x), len(self.y)))
         self._bands: dict[tuple[float, float], int] = {}
-        self._same: dict[bytes, int] = {}
+        self._same: dict[tuple[bytes, ...], int] = {}
+        self._parts: dict[bytes, np.ndarray] = {}
         self._layers: dict[Columns, np.ndarray] = {}
 
     def layers(self, columns: "Columns") -> np.ndarray:
@@ -50,16 +50,23 @@ class Distances:
         """Return which of `rasters` holds the distances [m] at (x, y) for heights low..high; negative off the floor."""
         band = (low, high)
         if band not in self._bands:
-            outlines = [shapely.Polygon(corners) for corners in self.room.obstacles(low, high)]
-            solid = shapely.union_all([self.room.polygon.exterior, *outlines])
-            key = shapely.to_wkb(solid)
+            outlines = {corners.tobytes(): corners for corners in self.room.obstacles(low, high)}
+            key = tuple(sorted(outlines))
             if key not in self._same:
-                shapely.prepare(solid)
-                away = shapely.distance(solid, self.points)
+                nearest = np.minimum.reduce([self._walls, *map(self._part, outlines.values())])
                 self._same[key] = len(self.rasters)
-                self.rasters = np.concatenate([self.rasters, np.where(self.inside, away, -away)[None]])
+                self.rasters = np.concatenate([self.rasters, nearest[None]])
             self._bands[band] = self._same[key]
         return self._bands[band]
+
+    def _part(self, corners: np.ndarray) -> np.ndarray:
+        """Return the distances to one convex outline (k, 2), 0 inside."""
+        key = corners.tobytes()
+        if key not in self._parts:
+            x, y = np.meshgrid(self.x, self.y, indexing="ij")
+            inside = shapely.contains_xy(shapely.Polygon(corners), x, y)
+            self._parts[key] = np.where(inside, 0.0, _from_edges(corners, x, y))
+        return self._parts[key]
 
     def at(self, layers: np.ndarray | int, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return distances (...) [m] at places x, y (...) in rasters `layers`, linear between their points."""
@@ -80,6 +87,16 @@ class Distances:
         near = flat.take(first) * (1.0 - b) + flat.take(first + 1) * b
         far = flat.take(first + rows) * (1.0 - b) + flat.take(first + rows + 1) * b
         return near * (1.0 - a) + far * a
+
+
+def _from_edges(corners: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the distances [m] from places x, y (...) to the edges of the outline with corners (k, 2)."""
+    least = np.full(x.shape, np.inf)
+    for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        dx, dy = bx - ax, by - ay
+        share = np.clip(((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy), 0.0, 1.0)
+        np.minimum(least, (x - ax - share * dx) ** 2 + (y - ay - share * dy) ** 2, out=least)
+    return np.sqrt(least)
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,10 +190,10 @@ def measure(model: mujoco.MjModel, postures: Postures) -> Body:
         rooms.place(model, data, np.zeros(3), arm)
         return _columns(model, data, parts[part])
 
-    lattice = postures.lattice[:, ::EVERY, ::EVERY]
-    forward, left = (np.interp(np.arange(n) * EVERY / DENSE, np.arange(len(grid)), grid)
+    lattice = postures.lattice
+    forward, left = (np.interp(np.arange(n) / DENSE, np.arange(len(grid)), grid)
                      for n, grid in zip(lattice.shape[1:3], (FORWARD, LEFT), strict=True))  # fmt: skip
-    arms = [_stacked([[columns("arm", q) for q in row] for row in level]) for level in (lattice[-1], lattice[0])]
+    arms = [_arms(model, data, parts["arm"], level) for level in (lattice[-1], lattice[0])]
     i, j = len(FORWARD) // 2, len(LEFT) // 2
     vacuum = columns("vacuum", postures.down[i, j]).moved((FORWARD[i], LEFT[j]))
     rest = columns("arm", postures.raising[0]) + columns("vacuum", postures.raising[0])
@@ -184,8 +201,42 @@ def measure(model: mujoco.MjModel, postures: Postures) -> Body:
     return Body(base, *arms, vacuum, vacuum + _rim(), rest + _rim().moved(-middle) + base, forward, left)
 
 
-def _stacked(sets: list[list[Columns]]) -> Columns:
-    return Columns(*(np.array([[vars(one)[name] for one in row] for row in sets]) for name in vars(sets[0][0])))
+def _arms(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int], q: np.ndarray) -> Columns:
+    """Return the columns of capsules `geoms` in all postures q (f, l, 7), the base at zero, each grown by half the way
+    to where it is in the postures beside, so that it encloses what lies nearer to this posture than to those.
+    """
+    rooms.place(model, data, np.zeros(3), q[0, 0])
+    joints = [model.joint(name).qposadr[0] for name in rooms.ARM]
+    places, axes = (np.empty((*q.shape[:2], len(geoms), 3)) for _ in range(2))
+    for at in np.ndindex(q.shape[:2]):
+        data.qpos[joints] = q[at]
+        mujoco.mj_kinematics(model, data)
+        places[at], axes[at] = data.geom_xpos[geoms], data.geom_xmat[geoms][:, 2::3]
+    parts = [_capsule(places[..., k, :], axes[..., k, :], model.geom_size[geom]) for k, geom in enumerate(geoms)]
+    x, y, radii, low, high = (np.concatenate(columns, axis=-1) for columns in zip(*parts, strict=True))
+    grown = 0.5 * sum(_step(x, y, axis) for axis in (0, 1))
+    return _rounded(x, y, radii + grown, low - grown, high + grown)
+
+
+def _step(x: np.ndarray, y: np.ndarray, axis: int) -> np.ndarray:
+    """Return the longer one of the ways from each place x, y (f, l, m) to those before and after it along an axis."""
+    way = np.hypot(np.diff(x, axis=axis), np.diff(y, axis=axis))
+    first, last = np.take(way, [0], axis=axis), np.take(way, [-1], axis=axis)
+    return np.maximum(np.concatenate([first, way], axis=axis), np.concatenate([way, last], axis=axis))
+
+
+def _capsule(place: np.ndarray, axis: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return x, y, radii, low, high (..., m) of discs around capsules with middles and axes (..., 3)."""
+    n = int(np.ceil(2 * size[1] / SPACING)) + 1
+    half = size[1] / (n - 1)
+    x, y, z = np.moveaxis(place[..., None, :] + np.linspace(-size[1], size[1], n)[:, None] * axis[..., None, :], -1, 0)
+    grown = np.hypot(size[0], half * np.hypot(axis[..., :1], axis[..., 1:2]))  # what bulges between two discs
+    return x, y, np.broadcast_to(grown, x.shape), z - size[0] - half, z + size[0] + half
+
+
+def _rounded(x: np.ndarray, y: np.ndarray, radii: np.ndarray, low: np.ndarray, high: np.ndarray) -> Columns:
+    low = np.maximum(np.floor(low / BAND + 1e-6) * BAND, 0.0).round(6)
+    return Columns(np.stack([x, y], axis=-1), radii, low, (np.ceil(high / BAND - 1e-6) * BAND).round(6))
 
 
 def _rim() -> Columns:
@@ -194,11 +245,7 @@ def _rim() -> Columns:
                        *(0.5 * np.array([rooms.NOZZLE_LENGTH, rooms.NOZZLE_WIDTH]))).exterior  # fmt: skip
     points = shapely.get_coordinates(shapely.segmentize(ring, 0.02))[:-1]
     n = len(points)
-    return Columns(points, np.zeros(n), np.zeros(n), np.full(n, _up(rooms.NOZZLE_HEIGHT + LIFT)))
-
-
-def _up(height: float) -> float:
-    return round(np.ceil(height / BAND - 1e-6) * BAND, 6)
+    return Columns(points, np.zeros(n), np.zeros(n), np.full(n, rooms.NOZZLE_HEIGHT + LIFT))
 
 
 def _columns(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> Columns:
@@ -208,11 +255,7 @@ def _columns(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> Co
         kind, size, place = model.geom_type[geom], model.geom_size[geom], data.geom_xpos[geom]
         axes = data.geom_xmat[geom].reshape(3, 3)
         if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
-            n = int(np.ceil(2 * size[1] / SPACING)) + 1
-            for at in place + np.linspace(-size[1], size[1], n)[:, None] * axes[:, 2]:
-                half = size[1] / (n - 1)
-                grown = np.hypot(size[0], half * np.hypot(*axes[:2, 2]))  # what bulges between two discs
-                found.append((*at[:2], grown, at[2] - size[0] - half, at[2] + size[0] + half))
+            found += zip(*_capsule(place, axes[:, 2], size), strict=True)
         elif kind == mujoco.mjtGeom.mjGEOM_SPHERE:
             found.append((*place[:2], size[0], place[2] - size[0], place[2] + size[0]))
         elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:  # upright: the base
@@ -220,6 +263,4 @@ def _columns(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> Co
         else:  # a box
             corners = axes @ (size * np.array(list(np.ndindex(2, 2, 2))) * 2 - size).T
             found.append((*place[:2], np.hypot(*corners[:2]).max(), *(place[2] + np.array([-1, 1]) * corners[2].max())))
-    x, y, radii, low, high = np.array(found).T
-    low = np.maximum(np.floor(low / BAND + 1e-6) * BAND, 0.0).round(6)
-    return Columns(np.stack([x, y], axis=1), radii, low, np.array([_up(h) for h in high]))
+    return _rounded(*np.array(found).T)

@@ -25,10 +25,11 @@ EXTENSIONS = np.array([0, 2, 4, 6])  # numbers of FORWARD between which a lane i
 SIDES = np.array([0, 4, 8])  # numbers of LEFT at which lanes are driven
 STEP = 0.02  # between places along and across the lanes that are tried [m]
 GAP = 0.003  # the nozzle keeps from furniture and walls [m]
-MARGIN = 0.012  # all else keeps [m]
+MARGIN = 0.006  # all else keeps [m]
 OVERLAP = 0.0015  # what is nearer than this [m] to the nozzle's rim is not counted on
 BIN = 0.01  # for counting cells under a lane [m]
 LEAST = 4  # new cells for which a lane is still worth it
+WORTH = 8  # ... for which a way to it is looked for hard
 OVERHEAD = 0.5  # length [m] that costs as much time as getting to another lane
 
 
@@ -118,15 +119,16 @@ class Headed:
         x, y = np.moveaxis(np.stack([along, across], axis=-1) @ self.turn.T, -1, 0)
         shapely.prepare(free)
         nozzle = shapely.contains_xy(free, x, y)
-        nozzle &= self._clearance(body.vacuum, distances, 1)(x, y) > MARGIN
-        base = self._clearance(body.base, distances, 1)
+        poses = np.stack([x[nozzle], y[nozzle], np.full(int(nozzle.sum()), self.heading)], axis=1)
+        nozzle[nozzle] = body.vacuum.clearance(distances, poses) > MARGIN
+        base = self._clearance(body.base, distances, 2)
         fits = np.zeros((*nozzle.shape, len(EXTENSIONS), len(SIDES)), dtype=bool)
         for side, j in enumerate(SIDES):
             for k, i in enumerate(EXTENSIONS):
                 middle = np.array([[FORWARD[i], LEFT[j]]])
                 dx, dy = self.turn @ middle[0]
                 bx, by = x[nozzle] - dx, y[nozzle] - dy
-                arm = self._clearance(body.arm_down.part(*(int(n[0]) for n in body.nearest(middle))), distances, 2)
+                arm = self._clearance(body.arm_down.part(*(int(n[0]) for n in body.nearest(middle))), distances, 3)
                 fits[nozzle, k, side] = (base(bx, by) > MARGIN) & (arm(bx, by) > MARGIN)
         return fits
 
@@ -241,32 +243,34 @@ def _reaching_out(reached: np.ndarray, fits: np.ndarray) -> np.ndarray:
 
 
 def choose_lanes(
-    headed: list[Headed], cells: Cells, accessible: Callable[[Lane], bool]
+    headed: list[Headed], cells: Cells, accessible: Callable[[Lane, bool], bool]
 ) -> Iterator[tuple[Lane, float]]:
     """Yield lanes, the most useful first, each with the share of reachable cells planned so far.
 
-    accessible: whether the robot can get to a lane; those to which it cannot are left out. What a lane is worth only
-    falls from lane to lane, so the last values are upper bounds, and few headings have to be counted anew each time.
+    accessible: whether the robot can get to a lane, looking for a way quickly or, True, hard; those to which it cannot
+    are left out. When no lane is left, those are tried again, hard, under which there still lie WORTH cells. What a
+    lane is worth only falls from lane to lane, so the last values are upper bounds, and few headings have to be counted
+    anew each time.
     """
     wanted = np.ones(int(cells.reachable.sum()), dtype=bool)
-    worth = [np.full(len(one.runs), np.inf) for one in headed]
-    counted = np.zeros(len(headed), dtype=bool)
-    while wanted.any():
-        number = int(np.argmax([values.max(initial=0.0) for values in worth]))
-        best = worth[number].max(initial=0.0)
-        if best <= 0.0:
-            return
-        if not counted[number]:
-            gains = headed[number].gains(wanted)
-            gains[(gains < LEAST) | (worth[number] <= 0.0)] = 0
-            worth[number], counted[number] = gains / headed[number].costs(), True
-            continue
-        k = int(worth[number].argmax())
-        found = headed[number].lane(k, wanted)
-        if found is None or not accessible(found[0]):
-            worth[number][k] = 0.0
-            continue
-        lane, under = found
-        wanted &= ~under
-        counted[:] = False
-        yield lane, 1.0 - float(wanted.mean())
+    for hard, least in ((False, LEAST), (True, WORTH)):
+        worth = [np.full(len(one.runs), np.inf) for one in headed]
+        counted = np.zeros(len(headed), dtype=bool)
+        while wanted.any():
+            number = int(np.argmax([values.max(initial=0.0) for values in worth]))
+            if worth[number].max(initial=0.0) <= 0.0:
+                break
+            if not counted[number]:
+                gains = headed[number].gains(wanted)
+                gains[(gains < least) | (worth[number] <= 0.0)] = 0
+                worth[number], counted[number] = gains / headed[number].costs(), True
+                continue
+            k = int(worth[number].argmax())
+            found = headed[number].lane(k, wanted)
+            if found is None or not accessible(found[0], hard):
+                worth[number][k] = 0.0
+                continue
+            lane, under = found
+            wanted &= ~under
+            counted[:] = False
+            yield lane, 1.0 - float(wanted.mean())

@@ -72,7 +72,7 @@ class CleaningSimulation:
         """Follow references (10,) for MOVING, one a period (see `paced`); `press` the nozzle against the floor or not.
 
         The controllers' integrals stay empty: what there is to bear is known beforehand, and against the floor they
-        would only wind up. A contact in any step of a period counts for that period.
+        would only wind up. While it presses, a contact in any step of a period counts for that period, else in the last.
         """
         steps = round(PERIOD / TIMESTEP)
         for reference in references:
@@ -87,7 +87,7 @@ class CleaningSimulation:
                 self.data.ctrl[self._ctrl] = before + step / steps * (reference - before) + lead
                 mujoco.mj_step(self.model, self.data)
                 self.data.act[self._integrals] = 0.0
-                touched = touched or self._touching()
+                touched = touched or ((press or step == steps) and self._touching())
             self._look(touched)
 
     def _feed_forward(self, acceleration: np.ndarray, press: float) -> None:

@@ -109,13 +109,11 @@ def _around(base: np.ndarray, way_out: Exit, way_in: Exit, router: Router) -> li
     """Draw close, drive, reach out."""
     motions = []
     if len(way_out.base) > 1:
-        out = way_out.base.copy()
-        out[:, 2] = base[2]
+        out = way_out.base + [0.0, 0.0, base[2] - way_out.base[0, 2]]
         motions.append(Motion(out, way_out.nozzle, np.ones(len(out))))
     start = motions[-1].base[-1] if motions else base
     way = router.way(start, way_in.base[-1])
     motions.append(Motion(way, np.tile(DRAWN, (len(way), 1)), np.ones(len(way))))
-    into = way_in.base[::-1].copy()
-    into[:, 2] = way[-1, 2]
+    into = way_in.base[::-1] + [0.0, 0.0, way[-1, 2] - way_in.base[-1, 2]]
     motions.append(Motion(into, way_in.nozzle[::-1], np.ones(len(into))))
     return motions
