@@ -147,8 +147,8 @@ class Columns:
 class Body:
     """The robot's columns, by what they move with. `base`: all that never moves in the base's frame; `arm` and
     `arm_down` (f, l, m): upper arm and forearm in the base's frame, the nozzle lifted or on the floor, at `forward`,
-    `left` [m]; `vacuum`: cleaner, hand and pipe about the middle of the nozzle; `held`: with the nozzle's rim; `rest`:
-    all, in the rest posture.
+    `left` [m]; `vacuum`: cleaner, hand and pipe about the middle of the nozzle, on the floor; `held`: these and the
+    nozzle's rim, on the floor or lifted; `rest`: all, in the rest posture.
     """
 
     base: Columns
@@ -198,7 +198,8 @@ def measure(model: mujoco.MjModel, postures: Postures) -> Body:
     vacuum = columns("vacuum", postures.down[i, j]).moved((FORWARD[i], LEFT[j]))
     rest = columns("arm", postures.raising[0]) + columns("vacuum", postures.raising[0])
     middle, base = data.site("vacuum/nozzle").xpos[:2].copy(), columns("base", postures.raising[0])
-    return Body(base, *arms, vacuum, vacuum + _rim(), rest + _rim().moved(-middle) + base, forward, left)
+    raised = Columns(vacuum.middles, vacuum.radii, vacuum.low, vacuum.high + LIFT)  # on the floor, above it, between
+    return Body(base, *arms, vacuum, raised + _rim(), rest + _rim().moved(-middle) + base, forward, left)
 
 
 def _arms(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int], q: np.ndarray) -> Columns:

@@ -24,9 +24,9 @@ HEADINGS = np.pi / 8 * np.array([0, 4, 8, 12, 2, 6, 10, 14, *range(1, 16, 2)])  
 EXTENSIONS = np.array([0, 2, 4, 6])  # numbers of FORWARD between which a lane is checked
 SIDES = np.array([0, 4, 8])  # numbers of LEFT at which lanes are driven
 STEP = 0.02  # between places along and across the lanes that are tried [m]
-GAP = 0.003  # the nozzle keeps from furniture and walls [m]
+GAP = 0.004  # the nozzle keeps from furniture and walls [m]
 MARGIN = 0.006  # all else keeps [m]
-OVERLAP = 0.0015  # what is nearer than this [m] to the nozzle's rim is not counted on
+OVERLAP = 0.001  # what is nearer than this [m] to the nozzle's rim is not counted on
 BIN = 0.01  # for counting cells under a lane [m]
 LEAST = 4  # new cells for which a lane is still worth it
 WORTH = 8  # ... for which a way to it is looked for hard
@@ -196,7 +196,7 @@ class Headed:
         half = 0.5 * rooms.NOZZLE_LENGTH - OVERLAP
         begin = int(np.searchsorted(self.along, needed.min() + half - 1e-9, side="right")) - 1
         end = int(np.searchsorted(self.along, needed.max() - half + 1e-9))
-        begin, end = max(first, min(begin, end)), min(last, max(begin, end))
+        begin, end = np.clip(sorted((begin, end)), first, last).tolist()
         steps = self._extension(self.fits[t, begin : end + 1, :, side], self.along[end] - self.along[begin])
         along = self.along[begin : end + 1][steps[:, 0]]
         forward = FORWARD[EXTENSIONS][steps[:, 1]]

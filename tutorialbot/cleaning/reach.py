@@ -36,28 +36,33 @@ TOLERANCE, TRIES = 0.001, 5  # [m] and [rad]; a search that misses it goes on fr
 
 @dataclass(frozen=True, eq=False)
 class Postures:
-    """down, lifted: (f, l, 7) [rad], the arm with the nozzle at FORWARD[i], LEFT[j], on the floor and above it.
+    """down: (f, l, 7) [rad], the arm with the nozzle on the floor at FORWARD[i], LEFT[j].
 
-    raising (m, 7): from the rest posture, the vacuum held close, to lifted[0, -1]. error: the largest error of all
+    raising (m, 7): from the rest posture, the vacuum held close, to lattice[-1, 0, -1], lifted. error: the largest error of all
     targets [m or rad]; evaluations of eq. (5).
     """
 
     down: np.ndarray
-    lifted: np.ndarray
     raising: np.ndarray
     error: float
     evaluations: int
 
     @cached_property
     def lattice(self) -> np.ndarray:
-        """Postures (HEIGHTS, DENSE (f - 1) + 1, DENSE (l - 1) + 1, 7) [rad], evenly from FORWARD[0], LEFT[0] on."""
-        both = np.stack([self.down, self.lifted])
-        sizes = HEIGHTS, *(DENSE * (n - 1) + 1 for n in self.down.shape[:2])
-        places = np.meshgrid(*(np.linspace(0, n - 1, k) for n, k in zip(both.shape, sizes, strict=False)), indexing="ij")
-        height = LIFT * places[0]
-        forward, left = (np.interp(at, np.arange(len(grid)), grid) for at, grid in zip(places[1:], (FORWARD, LEFT), strict=True))
-        found = np.stack([map_coordinates(both[..., i], places, order=1) for i in range(7)], axis=-1)
-        return refined(found, np.moveaxis(tip(forward, left, height), 0, -1))
+        """Postures (HEIGHTS, DENSE (f - 1) + 1, DENSE (l - 1) + 1, 7) [rad], evenly from FORWARD[0], LEFT[0] on.
+
+        Level 0 is on the floor; each other one is refined from the one below, so that lifting hardly moves the elbow.
+        """
+        axes = [np.linspace(0, n - 1, DENSE * (n - 1) + 1) for n in self.down.shape[:2]]
+        places = np.meshgrid(*axes, indexing="ij")
+        forward, left = (np.interp(at, np.arange(len(grid)), grid)
+                         for at, grid in zip(places, (FORWARD, LEFT), strict=True))  # fmt: skip
+        found = np.stack([map_coordinates(self.down[..., i], places, order=1) for i in range(7)], axis=-1)
+        levels = []
+        for height in np.linspace(0.0, LIFT, HEIGHTS):
+            found = refined(found, np.moveaxis(tip(forward, left, np.full(forward.shape, height)), 0, -1))
+            levels.append(found)
+        return np.array(levels)
 
     def arm(self, nozzle: np.ndarray, height: np.ndarray) -> np.ndarray:
         """Return joint angles (n, 7) for nozzles (n, 2) [m] in the base's frame, and shares lifted (n,) from 0 to 1."""
@@ -95,7 +100,7 @@ def solve_postures(seed: int) -> Iterator[int | Postures]:
     way from one to the next is short. Raises InvalidValue when the arm of the model cannot take one of them.
     """
     middle_i, middle_j = len(FORWARD) // 2, len(LEFT) // 2
-    down, lifted = (np.empty((len(FORWARD), len(LEFT), 7)) for _ in range(2))
+    down = np.empty((len(FORWARD), len(LEFT), 7))
     answers, kept = [], []
 
     def solve(target: np.ndarray, initial: np.ndarray, tilt: np.ndarray = TILT) -> np.ndarray:
@@ -122,14 +127,13 @@ def solve_postures(seed: int) -> Iterator[int | Postures]:
                 last = beside if rows[0] == middle_i else down[middle_i, j]
                 for i in rows:
                     last = down[i, j] = solve(tip(FORWARD[i], LEFT[j], 0.0), last)
-                    lifted[i, j] = solve(tip(FORWARD[i], LEFT[j], LIFT), last)
                     yield len(answers)
             beside = down[middle_i, j]
-    raising, steps = [lifted[0, -1]], 8
+    raising, steps = [refined(down[0, -1], tip(FORWARD[0], LEFT[-1], LIFT))], 8
     for share in np.arange(1, steps + 1) / steps:
         target = (1 - share) * tip(FORWARD[0], LEFT[-1], LIFT) + share * REST_TIP
         raising.append(solve(target, raising[-1], (1 - share) * TILT + share * REST_TILT))
     error = max(map(largest, kept))
     if error > TOLERANCE:
         raise InvalidValue("seed", seed, f"one with which every search converges (an error of {error:.3g} is left)")
-    yield Postures(down, lifted, np.array(raising[::-1]), error, sum(answer.evaluations for answer in answers))
+    yield Postures(down, np.array(raising[::-1]), error, sum(answer.evaluations for answer in answers))
