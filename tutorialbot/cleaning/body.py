@@ -19,6 +19,7 @@ from tutorialbot.scene.room import Room
 RASTER = 0.01  # [m]
 SPACING = 0.02  # of columns along a capsule [m]
 MANY = 1000  # poses
+HALF = 0.5 * np.array([rooms.NOZZLE_LENGTH, rooms.NOZZLE_WIDTH])
 BAND = 0.005  # heights are rounded outwards to multiples of it [m]
 
 
@@ -34,6 +35,8 @@ class Distances:
         self.rasters = np.empty((0, len(self.x), len(self.y)))
         self._bands: dict[tuple[float, float], int] = {}
         self._same: dict[tuple[bytes, ...], int] = {}
+        low = room.obstacles(0.0, rooms.NOZZLE_HEIGHT + LIFT)
+        self.corners = np.concatenate([room.floor, *low])  # that a nozzle can meet, on the floor or lifted
         self._parts: dict[bytes, np.ndarray] = {}
         self._layers: dict[Columns, np.ndarray] = {}
 
@@ -167,6 +170,9 @@ class Body:
         nozzles = np.broadcast_to(nozzles, (len(poses), 2))
         least = self.base.clearance(distances, poses)
         np.minimum(least, self.held.clearance(distances, poses, nozzles), out=least)
+        for block in np.array_split(np.arange(len(poses)), len(poses) // MANY + 1):
+            found = _from_corners(distances.corners, poses[block], nozzles[block])
+            least[block] = np.minimum(least[block], found)
         return np.minimum(least, self.arm.clearance(distances, poses, which=self.nearest(nozzles)), out=least)
 
     def nearest(self, nozzles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -241,12 +247,21 @@ def _rounded(x: np.ndarray, y: np.ndarray, radii: np.ndarray, low: np.ndarray, h
 
 
 def _rim() -> Columns:
-    """The nozzle's outline as points every centimetre, 3 cm off the floor or on it."""
-    ring = shapely.box(*(-0.5 * np.array([rooms.NOZZLE_LENGTH, rooms.NOZZLE_WIDTH])),
-                       *(0.5 * np.array([rooms.NOZZLE_LENGTH, rooms.NOZZLE_WIDTH]))).exterior  # fmt: skip
-    points = shapely.get_coordinates(shapely.segmentize(ring, 0.02))[:-1]
-    n = len(points)
-    return Columns(points, np.zeros(n), np.zeros(n), np.full(n, rooms.NOZZLE_HEIGHT + LIFT))
+    """The nozzle's four corners, 3 cm off the floor or on it; see `_from_corners` for the rest of its outline."""
+    points = HALF * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+    return Columns(points, np.zeros(4), np.zeros(4), np.full(4, rooms.NOZZLE_HEIGHT + LIFT))
+
+
+def _from_corners(corners: np.ndarray, poses: np.ndarray, nozzles: np.ndarray) -> np.ndarray:
+    """Return the least distance (n,) [m] of corners (c, 2) in the room from the nozzle's rectangle, 0 inside.
+
+    Two convex outlines that do not overlap are nearest at a corner of one of them.
+    """
+    cosine, sine = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
+    x, y = corners[:, 0] - poses[:, :1], corners[:, 1] - poses[:, 1:2]
+    along, across = cosine * x + sine * y - nozzles[:, :1], cosine * y - sine * x - nozzles[:, 1:]
+    away = np.maximum(np.abs(along) - HALF[0], 0.0) ** 2 + np.maximum(np.abs(across) - HALF[1], 0.0) ** 2
+    return np.sqrt(away.min(axis=1))
 
 
 def _columns(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> Columns:

@@ -165,7 +165,7 @@ class Router:
             return np.zeros(len(states), dtype=bool)
 
         here = self.body.clearance(self.distances, base[None], nozzle[None])[0]
-        way = ways_out(self.body, self.distances, base, nozzle, min(TIGHT, here - SLACK), out)
+        way = ways_out(self.body, self.distances, base, nozzle, TIGHT, out) if here > TIGHT else None
         if way is None:
             self._stuck.append(state)
             return None

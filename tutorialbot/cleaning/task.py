@@ -178,5 +178,3 @@ def plan(area: np.ndarray, *, room: Room | None = None, seed: int) -> CleaningRu
         if not simulation.record.times:
             raise
     return judge(simulation, cells, room, lanes, finished)
-
-
