@@ -72,7 +72,7 @@ class CleaningSimulation:
         """Follow references (10,) for MOVING, one a period (see `paced`); `press` the nozzle against the floor or not.
 
         The controllers' integrals stay empty: what there is to bear is known beforehand, and against the floor they
-        would only wind up. While it presses, a contact in any step of a period counts for that period, else in the last.
+        would only wind up. While it presses, a contact in any step of a period counts, else in the last.
         """
         steps = round(PERIOD / TIMESTEP)
         for reference in references:
