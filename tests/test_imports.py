@@ -30,7 +30,9 @@ STANDARD_ONLY = {"__init__", "__main__", "launch"}  # they run before anything i
 TOP = 6  # from this level on, drawing and printing are allowed
 ONLY_IN = {"torch": "vox2c", "ompl": "vox2c.planning"}
 USERS = {"jupyterlab", "nbval", "mujoco", "meshcat", "pin", "scikit-optimize", "deap", "torch", "ompl", "matplotlib"}
-TOOLS = {"pytest-xdist": "--dist", "ruff": "ruff"}  # as commands.py calls them
+NAMED = {  # package -> a file that names it without importing it, and how
+    "pytest-xdist": ("commands.py", "--dist"), "ruff": ("commands.py", "ruff"), "daqp": ("ik/genetic_peers.py", "daqp"),
+}  # fmt: skip
 
 
 def level(room: str) -> int:
@@ -162,8 +164,7 @@ def test_every_import_is_pinned():
 def test_every_direct_pin_is_used_or_was_asked_for():
     direct = pinned((ROOT / "environment.txt").read_text().partition("# ---- the lock")[0])
     used = {canonical(d) for distributions in used_distributions().values() for d in distributions}
-    commands = (PACKAGE / "commands.py").read_text()
-    used |= {name for name, sign in TOOLS.items() if f'"{sign}"' in commands}
+    used |= {name for name, (file, sign) in NAMED.items() if f'"{sign}"' in (PACKAGE / file).read_text()}
     assert direct >= USERS
     assert direct - USERS - used == set()
 

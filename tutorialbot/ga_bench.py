@@ -18,7 +18,7 @@ from tutorialbot.measuring import cpu_seconds, run_all, wilson
 from tutorialbot.runs import Journal, progress
 from tutorialbot.seeding import make_rng
 
-FIRST_SEED = 8000  # the presets were tuned on seeds below 1100, the tests use others too
+FIRST_SEED = 8000  # the presets were tuned on seeds below 1100 and 20000 to 20999, the tests use others too
 TILT = (0.0, -1.57, 0.0)  # Table 1
 TABLE_1 = ((0.2, 0.1, 0.0), (0.3, 0.1, 0.0), (0.4, 0.1, 0.0), (0.3, 0.0, 0.0), (0.3, 0.2, 0.0), (0.3, 0.2, 0.1),
            (0.3, 0.1, 0.1))  # fmt: skip
@@ -71,11 +71,11 @@ def _in_deap(preset: genetic.Preset, target: Target, seeds: Sequence[int]) -> li
     return [genetic.solve(target.position, target.tilt, seed=seed, preset=preset, engine="deap") for seed in seeds]
 
 
-def _clik(target: Target, seeds: Sequence[int], *, home: bool) -> list[GeneticSolution]:
+def _stepped(method: Callable, target: Target, seeds: Sequence[int], *, home: bool) -> list[GeneticSolution]:
     model, found = genetic_peers.pinocchio_model(), []
     for seed in seeds:
         start = genetic_peers.HOME if home else make_rng(seed).uniform(ARM.lower, ARM.upper)
-        found.append(genetic_peers.clik(target.position, target.tilt, initial=start, model=model))
+        found.append(method(target.position, target.tilt, initial=start, model=model))
     return found
 
 
@@ -99,9 +99,12 @@ CHANGED = {  # "good" with one operator changed
     "good, survivors offspring": {"survivors": "offspring"},
     "good, survivors tournament": {"survivors": "tournament"},
     "good, crossed and mutated": {"variation": "and"},
-    "good, parents random": {"parents": "random"},
+    "good, parents by tournament": {"parents": "tournament"},
+    "good, crossover blend": {"crossover": "blend"},
     "good, crossover two-point": {"crossover": "two-point"},
-    "good, population 100": {"population": 100},
+    "good, outside penalised": {"outside": "penalised"},
+    "good, one island": {"islands": 1},
+    "good, population 200": {"population": 200},
     "good, reading zyx": {"reading": "zyx"},
     "good, reading geodesic": {"reading": "geodesic"},
 }
@@ -112,16 +115,18 @@ METHODS: dict[str, Method] = {
     "good, DEAP": partial(_in_deap, GOOD),
     **{name: partial(_evolved, preset) for name, preset in STEPS.items()},
     **{name: partial(_evolved, replace(GOOD, **change)) for name, change in CHANGED.items()},
-    "CLIK, home": partial(_clik, home=True),
-    "CLIK, random start": partial(_clik, home=False),
+    "CLIK, home": partial(_stepped, genetic_peers.clik, home=True),
+    "CLIK, random start": partial(_stepped, genetic_peers.clik, home=False),
+    "pink, home": partial(_stepped, genetic_peers.pink_ik, home=True),
+    "pink, random start": partial(_stepped, genetic_peers.pink_ik, home=False),
     "SLSQP, home": partial(_slsqp, home=True),
     "SLSQP, random start": _slsqp,
     "SLSQP, 4 random starts": partial(_slsqp, starts=4),
     "CMA-ES": _cma_es,
     "closed form": _closed_form,
 }
-PEERS = list(METHODS)[-7:]
-ONCE = ("CLIK, home", "SLSQP, home", "closed form")  # no chance in them: one seed says all
+PEERS = list(METHODS)[-9:]
+ONCE = ("CLIK, home", "pink, home", "SLSQP, home", "closed form")  # no chance in them: one seed says all
 
 
 @dataclass(frozen=True)
@@ -140,7 +145,8 @@ def study_cases(seeds: int) -> list[Case]:
     few, least = max(1, seeds // 6), max(1, seeds // 3)
     rows = [Case(method, name, few if name == "random" else seeds) for method in ("good", "paper") for name in SETS]
     rows.append(Case("good, DEAP", "table 1", least))
-    rows += [Case(method, name, seeds) for method in (*STEPS, *CHANGED) for name in ("table 1", "fresh")]
+    for method in (*STEPS, *CHANGED):
+        rows += [Case(method, name, few if name == "random" else seeds) for name in SETS]
     return [*rows, *(Case(method, name, 1 if method in ONCE else few if name == "random" else least)
                    for method in PEERS for name in SETS)]  # fmt: skip
 
@@ -245,6 +251,7 @@ def speed(repeats: int = 5) -> list[dict]:
         "CMA-ES": (1, lambda: genetic_peers.cma_es(position, tilt, seed=FIRST_SEED)),
         "SLSQP, home": (1, lambda: genetic_peers.slsqp(position, tilt)),
         "closed form": (1, lambda: genetic_peers.closed_form(position, tilt)),
+        "pink, home": (1, lambda: genetic_peers.pink_ik(position, tilt, model=model)),
         "CLIK, home": (1, lambda: genetic_peers.clik(position, tilt, model=model)),
     }
     least = cpu_seconds({name: action for name, (_, action) in searches.items()}, repeats)

@@ -133,6 +133,17 @@ def test_slider_moves_the_robot_in_every_view_of_it(opened):
     assert moved[2] > start[2]  # and down
 
 
+def test_scene_takes_the_room_beside_sliders(opened):
+    page = opened(
+        "view = MujocoView(model)\n"
+        "knobs = ipywidgets.VBox([ipywidgets.FloatSlider() for _ in range(3)])\n"
+        "ipywidgets.HBox([knobs, view.widget])",
+    )
+    drawn(page)
+    scene, row = (page.page.locator(name).first.bounding_box() for name in (".tb-scene", ".widget-hbox"))
+    assert scene["width"] > 0.5 * row["width"]
+
+
 def test_animation_plays_by_itself_and_obeys_its_controls(opened):
     page = opened("view = MujocoView(model)\nplay(view, np.linspace(0, 1.5, 60)[:, None], np.linspace(0, 3, 60))")
     first = drawn(page)

@@ -26,7 +26,7 @@ FORWARD = rooms.NOZZLE_FROM_TIP[0] + 0.10 + 0.05 * np.arange(7)  # of the nozzle
 LEFT = rooms.NOZZLE_FROM_TIP[1] - 0.10 + 0.0625 * np.arange(9)  # [m]
 LIFT = 0.03  # of the nozzle above the floor between lanes [m]
 REST_TILT, REST_TIP = np.deg2rad([0.0, -80.0, 0.0]), np.array([0.03, 0.30, 0.29])  # beside the body, off the floor
-SEEDED = replace(genetic.GOOD, name="seeded", population=100, generations=80)  # beside a solution this is enough
+SEEDED = replace(genetic.SEEDED, population=100, generations=80)  # beside a solution this is enough
 COLD = 6  # searches from nowhere; the elbow hangs lowest in the one that is kept
 DENSE = 8  # lattice steps from one solved posture to the next
 HEIGHTS = 5  # ... and levels from the floor to LIFT

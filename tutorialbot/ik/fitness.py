@@ -31,6 +31,7 @@ def fitness(
     `penalty` comes once, however many joints are outside their limits. Raises InvalidType or InvalidValue on misuse.
     """
     position, tilt = target(position, tilt)
+    arm = as_arm(arm)
     return objective(position, tilt, norm=norm, reading=reading, weight=weight, penalty=penalty, arm=arm)(
         configurations("q", q)
     )

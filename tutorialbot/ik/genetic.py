@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tutorialbot.errors import InvalidValue, finite_array, one_of, whole_number
+from tutorialbot.errors import InvalidType, InvalidValue, finite_array, one_of, whole_number
 from tutorialbot.ik import genetic_array
 from tutorialbot.ik.arm7 import ARM, LIMITS, Arm, forward_kinematics, forward_kinematics_scalar
 from tutorialbot.ik.fitness import (
@@ -23,14 +23,15 @@ from tutorialbot.ik.fitness import (
     solution,
     target,
 )
-from tutorialbot.ik.genetic_presets import GOOD, PAPER, PRESETS, Preset, find_preset, from_paper_to_good
+from tutorialbot.ik.genetic_presets import GOOD, PAPER, PRESETS, SEEDED, Preset, find_preset, from_paper_to_good
 from tutorialbot.ik.oracle import optimum
 from tutorialbot.seeding import make_rng
 
 __all__ = [
-    "ARM", "ENGINES", "GOOD", "LIMITS", "PAPER", "PRESETS", "Arm", "Generation", "GeneticSolution", "History", "Preset",
-    "deviation", "evolve", "find_preset", "fitness", "fitness_scalar", "follow", "forward_kinematics",
-    "forward_kinematics_scalar", "from_paper_to_good", "optimum", "solve", "solve_many", "tip_path",
+    "ARM", "ENGINES", "GOOD", "LIMITS", "PAPER", "PRESETS", "SEEDED", "Arm", "Generation", "GeneticSolution",
+    "History", "Preset", "deviation", "evolve", "find_preset", "fitness", "fitness_scalar", "follow",
+    "forward_kinematics", "forward_kinematics_scalar", "from_paper_to_good", "optimum", "solve", "solve_many",
+    "tip_path",
 ]  # fmt: skip
 
 ENGINES = ("array", "deap", "literal")
@@ -57,8 +58,13 @@ def evolve(
 ) -> Iterator[Generation]:
     """Run the genetic algorithm of paper 2, Fig. 3, yielding each generation; arguments and errors as in `solve`."""
     preset, arm = find_preset(preset), as_arm(arm)
-    one_of("engine", engine, ENGINES)
+    _check_engine(engine, preset)
     return _evolve(*target(position, tilt), make_rng(seed), preset, _initial(initial), engine, arm)
+
+
+def _check_engine(engine: str, preset: Preset) -> None:
+    if one_of("engine", engine, ENGINES) == "literal" and (preset.norm, preset.reading) != ("L1", "pitch-first"):
+        raise InvalidValue("engine", engine, "'array' or 'deap' for another norm than L1, another reading of tilt")
 
 
 def _evolve(position, tilt, rng, preset, initial, engine, arm) -> Iterator[Generation]:
@@ -75,20 +81,18 @@ def _generations(position, tilt, start, rng, preset, engine, arm) -> Iterator[tu
     """Yield population (n, 7), fitness (n,) and evaluations of each generation, made by `engine`."""
     value = objective(position, tilt, **_readings(preset), arm=arm)
     if engine == "array":
-        for population, values, evaluations in genetic_array.generations(value, start, [rng], preset):
+        for population, values, evaluations in genetic_array.generations(value, start, [rng], preset, arm):
             yield population[0], values[0], evaluations
         return
     from tutorialbot.ik import genetic_deap
 
     toolbox = genetic_deap.batched(value)
     if engine == "literal":
-        if (preset.norm, preset.reading) != ("L1", "pitch-first"):
-            raise InvalidValue("engine", engine, "'array' or 'deap' for another norm than L1, another reading of tilt")
         goal = position.tolist(), tilt.tolist()
         toolbox = genetic_deap.literal(
             lambda q: fitness_scalar(q, *goal, weight=preset.weight, penalty=preset.penalty, arm=arm)
         )
-    yield from genetic_deap.generations(toolbox, start[0], rng, preset)
+    yield from genetic_deap.generations(toolbox, start[0], rng, preset, arm)
 
 
 def first_population(rngs: Sequence, preset: Preset, initial: np.ndarray | None, arm: Arm) -> np.ndarray:
@@ -143,56 +147,81 @@ def solve_many(
 ) -> list[GeneticSolution]:
     """`solve` for targets (n, 3) and as many seeds, several side by side in the same arrays: the fastest way.
 
-    Each answer is the one that `solve` gives to its target and seed. Raises InvalidType or InvalidValue.
+    tilts (n, 3), or one (3,) for all. Each answer is the one that `solve` gives to its target and seed. Ctrl-C ends it:
+    the list holds what there is, those in work `interrupted`. Raises InvalidType or InvalidValue.
     """
     preset, arm = find_preset(preset), as_arm(arm)
-    positions = finite_array("positions", positions, (-1, 3))
-    tilts, rngs = finite_array("tilts", tilts, positions.shape), [make_rng(seed) for seed in seeds]
+    positions, tilts = _way_points(positions, tilts)
+    if isinstance(seeds, str) or not isinstance(seeds, Sequence | np.ndarray) or np.ndim(seeds) != 1:
+        raise InvalidType("seeds", seeds, "whole numbers in a row, one for each target")
+    rngs = [make_rng(seed) for seed in seeds]
     if len(rngs) != len(positions):
         raise InvalidValue("seeds", f"{len(rngs)} numbers", f"one for each of the {len(positions)} targets")
     found, together = [], max(1, ROWS // preset.population)
     for i in range(0, len(rngs), together):
         block = slice(i, i + together)
-        found += _solve_block(positions[block], tilts[block], rngs[block], preset, arm)
+        try:
+            found += _solve_block(positions[block], tilts[block], rngs[block], preset, arm)
+        except KeyboardInterrupt:
+            if not found:
+                raise
+            break
+        if found[-1].interrupted:
+            break
     return found
+
+
+def _way_points(positions: np.ndarray, tilts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions (n, 3) and tilts (n, 3), the one tilt for all repeated."""
+    positions = finite_array("positions", positions, (-1, 3))
+    if np.ndim(tilts) < 2:
+        return positions, np.broadcast_to(finite_array("tilts", tilts, (3,)), positions.shape)
+    return positions, finite_array("tilts", tilts, positions.shape)
 
 
 def _solve_block(positions, tilts, rngs, preset: Preset, arm: Arm) -> list[GeneticSolution]:
     value = objective(positions[:, None], tilts[:, None], **_readings(preset), arm=arm)
     start = first_population(rngs, preset, None, arm)
-    best, lowest, seen = np.empty((len(rngs), 7)), np.full(len(rngs), np.inf), []
-    for population, values, evaluations in genetic_array.generations(value, start, rngs, preset):
-        better = values[:, 0] < lowest
-        best = np.where(better[:, None], population[:, 0], best)
-        lowest = np.where(better, values[:, 0], lowest)
-        seen.append((np.full(len(rngs), evaluations), lowest, values[:, preset.population // 2], best))
+    best, lowest, seen, interrupted = np.empty((len(rngs), 7)), np.full(len(rngs), np.inf), [], False
+    try:
+        for population, values, evaluations in genetic_array.generations(value, start, rngs, preset, arm):
+            better = values[:, 0] < lowest
+            best = np.where(better[:, None], population[:, 0], best)
+            lowest = np.where(better, values[:, 0], lowest)
+            seen.append((np.full(len(rngs), evaluations), lowest, values[:, preset.population // 2], best))
+    except KeyboardInterrupt:
+        if not seen:
+            raise
+        interrupted = True
     columns = [np.array(column) for column in zip(*seen, strict=True)]
     histories = [History(*(column[:, i] for column in columns)) for i in range(len(rngs))]
     return [
-        solution(h.q[-1], p, t, arm=arm, reading=preset.reading, evaluations=h.evaluations[-1], history=h)
+        solution(h.q[-1], p, t, arm=arm, reading=preset.reading, evaluations=h.evaluations[-1], history=h,
+                 interrupted=interrupted)
         for h, p, t in zip(histories, positions, tilts, strict=True)
-    ]
+    ]  # fmt: skip
 
 
 def follow(
-    positions: np.ndarray, tilts: np.ndarray, *, seed: int, preset: str | Preset = "good",
+    positions: np.ndarray, tilts: np.ndarray, *, seed: int, preset: str | Preset | None = None,
     initial: np.ndarray | None = None, seeded: bool = True, engine: str = "array", arm: Arm = ARM,
 ) -> list[GeneticSolution]:
     """Solve way points (n, 3) one after the other, each search begun at the last answer; tilts (n, 3), or one (3,).
 
     So the arm stays in one of its many postures, and the motion between way points is short. The first search begins
-    at `initial` (7,), or anywhere when None; with `seeded` False so do all. Ctrl-C ends it: the list holds what there
-    is, the last one `interrupted`. Errors as in `solve`.
+    at `initial` (7,), or anywhere when None; with `seeded` False so do all. preset: by default "good" for searches that
+    begin anywhere, "seeded" for those that begin at an answer. Ctrl-C ends it: the list holds what there is, the last
+    one `interrupted`. Errors as in `solve`.
     """
-    preset, arm, last = find_preset(preset), as_arm(arm), _initial(initial)
-    one_of("engine", engine, ENGINES)
-    positions = finite_array("positions", positions, (-1, 3))
-    tilts = finite_array("tilts", tilts, (3,) if np.ndim(tilts) < 2 else positions.shape)
-    tilts = np.broadcast_to(tilts, positions.shape)
+    anywhere, beside = (find_preset(preset or name) for name in ("good", "seeded"))
+    arm, last = as_arm(arm), _initial(initial)
+    _check_engine(engine, anywhere), make_rng(seed)
+    positions, tilts = _way_points(positions, tilts)
     found: list[GeneticSolution] = []
     for i, (position, tilt) in enumerate(zip(positions, tilts, strict=True)):
-        steps = _evolve(position, tilt, make_rng(seed, i), preset, last, engine, arm)
-        found.append(_finish(steps, position, tilt, preset, arm))
+        chosen = anywhere if last is None else beside
+        steps = _evolve(position, tilt, make_rng(seed, i), chosen, last, engine, arm)
+        found.append(_finish(steps, position, tilt, chosen, arm))
         if found[-1].interrupted:
             break
         last = found[-1].q if seeded else last

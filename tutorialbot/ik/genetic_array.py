@@ -2,12 +2,14 @@
 
 Populations are (problems, n, 7) and sorted, the best member first: the winner of a tournament is then simply the
 smallest of the numbers drawn. Each problem draws from its own generator, so it goes the same way alone and in company.
+Islands are problems side by side that happen to have the same target.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from tutorialbot.ik.arm7 import Arm
 from tutorialbot.ik.fitness import Objective
 from tutorialbot.ik.genetic_presets import Preset
 
@@ -16,21 +18,43 @@ SURVIVORS_OF = 3  # tournaments among parents and children
 
 
 def generations(
-    value: Objective, population: np.ndarray, rngs: Generators, preset: Preset
+    value: Objective, population: np.ndarray, rngs: Generators, preset: Preset, arm: Arm
 ) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
     """Yield the sorted population (s, n, 7), its fitness (s, n) and evaluations so far of each problem, the first too.
 
     value: eq. (5) for (s, n, 7). Nothing is checked.
     """
-    size, evaluations = population.shape[1], population.shape[1]
-    population, values = best_of(population, value(population), size)
-    yield population, values, evaluations
+    problems, total, _ = population.shape
+    size = total // preset.islands
+    rngs = rngs if preset.islands == 1 else [child for rng in rngs for child in rng.spawn(preset.islands)]
+
+    def measured(members: np.ndarray) -> np.ndarray:
+        return value(members.reshape(problems, total, 7)).reshape(-1, size)
+
+    population = population.reshape(-1, size, 7)
+    population, values = best_of(population, measured(population), size)
+    yield *_together(population, values, problems), total
     for number in range(1, preset.generations + 1):
         parents = PARENTS[preset.parents](rngs, size, preset)
         children = VARIATIONS[preset.variation](population, parents, rngs, preset, preset.sigma_at(number))
-        population, values = SURVIVORS[preset.survivors](population, values, children, value(children), rngs)
-        evaluations += size
-        yield population, values, evaluations
+        if preset.outside == "mirrored":
+            children = mirrored(children, arm)
+        population, values = SURVIVORS[preset.survivors](population, values, children, measured(children), rngs)
+        yield *_together(population, values, problems), (number + 1) * total
+
+
+def _together(population: np.ndarray, values: np.ndarray, problems: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the islands of each problem as one sorted population and its fitness."""
+    if len(population) == problems:
+        return population, values
+    values = values.reshape(problems, -1)
+    return best_of(population.reshape(*values.shape, 7), values, values.shape[1])
+
+
+def mirrored(q: np.ndarray, arm: Arm) -> np.ndarray:
+    """Return q (..., 7) with what is beyond a limit mirrored in it; inside the limits in any case."""
+    q = arm.upper - np.abs(arm.upper - arm.lower - np.abs(q - arm.lower))
+    return np.maximum(q, arm.lower)
 
 
 def draw(rngs: Generators, *shape: int) -> np.ndarray:
@@ -78,17 +102,27 @@ def tournament(rngs: Generators, n: int, preset: Preset) -> np.ndarray:
     return draw_index(rngs, n, preset.parents_of, n).min(axis=1)
 
 
-# -- crossover: two children (s, m, 7) of x and y (s, m, 7) --------------------------------------------------------
+# -- crossover: two children (s, m, 7) of x and y (s, m, 7); ahead (s, m, 1): whether x is the better one ----------
 
 
-def blend(x: np.ndarray, y: np.ndarray, rngs: Generators, preset: Preset) -> tuple[np.ndarray, np.ndarray]:
+def blend(x, y, ahead, rngs: Generators, preset: Preset) -> tuple[np.ndarray, np.ndarray]:
     """Every gene anywhere on the line through both parents, a little beyond them too."""
     gamma = (1.0 + 2.0 * preset.blend) * draw(rngs, *x.shape[1:]) - preset.blend
     step = gamma * (y - x)
     return x + step, y - step
 
 
-def two_point(x: np.ndarray, y: np.ndarray, rngs: Generators, preset: Preset) -> tuple[np.ndarray, np.ndarray]:
+def beyond(x, y, ahead, rngs: Generators, preset: Preset) -> tuple[np.ndarray, np.ndarray]:
+    """From each parent by the same share of the step from the worse to the better one; the better one's child first.
+
+    Wright's heuristic crossover (1991).
+    """
+    better, worse = np.where(ahead, x, y), np.where(ahead, y, x)
+    step = preset.beyond * draw(rngs, x.shape[1], 1) * (better - worse)
+    return better + step, worse + step
+
+
+def two_point(x, y, ahead, rngs: Generators, preset: Preset) -> tuple[np.ndarray, np.ndarray]:
     """The genes between two random cuts change places."""
     genes = x.shape[-1]
     a, b = draw_pair(rngs, genes, x.shape[1])
@@ -123,7 +157,9 @@ def crossed_or_mutated(
     pool = members(population, parents)
     first, second = draw_pair(rngs, n, n)
     x, chance = members(pool, first), draw(rngs, n, 1)
-    children = CROSSOVERS[preset.crossover](x, members(pool, second), rngs, preset)[0]
+    ranks = np.take_along_axis(parents, first, axis=1), np.take_along_axis(parents, second, axis=1)
+    ahead = (ranks[0] < ranks[1])[..., None]
+    children = CROSSOVERS[preset.crossover](x, members(pool, second), ahead, rngs, preset)[0]
     mutants = MUTATIONS[preset.mutation](x, population, rngs, preset, sigma)
     children = np.where(chance < preset.crossover_share, children, mutants)
     share = preset.crossover_share + preset.mutation_share
@@ -138,7 +174,8 @@ def crossed_and_mutated(
     pairs = children.shape[1] // 2
     x, y = children[:, : 2 * pairs : 2], children[:, 1::2]
     crossing = draw(rngs, pairs, 1) < preset.crossover_share
-    crossed = CROSSOVERS[preset.crossover](x, y, rngs, preset)
+    ahead = (parents[:, : 2 * pairs : 2] < parents[:, 1::2])[..., None]
+    crossed = CROSSOVERS[preset.crossover](x, y, ahead, rngs, preset)
     x[...], y[...] = (np.where(crossing, new, old) for new, old in zip(crossed, (x, y), strict=True))
     mutants = MUTATIONS[preset.mutation](children, population, rngs, preset, sigma)
     return np.where(draw(rngs, children.shape[1], 1) < preset.mutation_share, mutants, children)
@@ -168,7 +205,7 @@ def the_winners(population, values, children, their_values, rngs) -> tuple[np.nd
 
 
 PARENTS: dict[str, Callable] = {"random": everybody, "tournament": tournament}
-CROSSOVERS: dict[str, Callable] = {"blend": blend, "two-point": two_point}
+CROSSOVERS: dict[str, Callable] = {"beyond": beyond, "blend": blend, "two-point": two_point}
 MUTATIONS: dict[str, Callable] = {"gauss": gauss, "difference": difference}
 VARIATIONS: dict[str, Callable] = {"or": crossed_or_mutated, "and": crossed_and_mutated}
 SURVIVORS: dict[str, Callable] = {"best": the_best, "offspring": the_offspring, "tournament": the_winners}

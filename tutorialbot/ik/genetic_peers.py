@@ -1,10 +1,12 @@
 """Other ways to do what the genetic algorithm of paper 2 does, on the same targets, with the same kind of answer.
 
-`clik` needs derivatives and a start, and minimises squares; `slsqp` needs derivatives and minimises eq. (5) itself;
-`cma_es` needs neither, like the genetic algorithm; `closed_form` needs an arm whose axes meet in shoulder and wrist.
+`clik` and `pink_ik` need derivatives and a start, and minimise squares; `slsqp` needs derivatives and minimises eq. (5)
+itself; `cma_es` needs neither, like the genetic algorithm; `closed_form` needs an arm whose axes meet in shoulder and
+wrist.
 """
 
 import numpy as np
+import pink
 import pinocchio as pin
 from deap import base, cma
 
@@ -43,9 +45,7 @@ def clik(
     positive("damping", damping), positive("near", near)
     model = model or pinocchio_model(arm)
     data, frame = model.createData(), model.getFrameId(TIP)
-    roll, pitch, yaw = tilt
-    turn = pin.utils.rotate("y", pitch) @ pin.utils.rotate("x", roll) @ pin.utils.rotate("z", yaw)
-    goal, regular = pin.SE3(turn, position), damping * np.eye(6)
+    goal, regular = _goal(position, tilt), damping * np.eye(6)
     for done in range(1, whole_number("iterations", iterations, 1) + 1):  # noqa: B007 - counts the evaluations
         pin.framesForwardKinematics(model, data, q)
         error = pin.log6(data.oMf[frame].actInv(goal)).vector
@@ -54,6 +54,44 @@ def clik(
         jacobian = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL)
         q = q + jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + regular, error)
         q = np.minimum(np.maximum(q, arm.lower), arm.upper)
+    return solution(q, position, tilt, arm=arm, evaluations=done)
+
+
+def _goal(position: np.ndarray, tilt: np.ndarray) -> pin.SE3:
+    roll, pitch, yaw = tilt
+    turn = pin.utils.rotate("y", pitch) @ pin.utils.rotate("x", roll) @ pin.utils.rotate("z", yaw)
+    return pin.SE3(turn, position)
+
+
+def pink_ik(
+    position: np.ndarray, tilt: np.ndarray, *, initial: np.ndarray = HOME, arm: Arm = ARM,
+    model: pin.Model | None = None, iterations: int = 300, damping: float = 1.0, near: float = 1e-6,
+    stall: float = 1e-6,
+) -> GeneticSolution:
+    """Pink: each step is a quadratic program, the square of the error left by J dq within the joints' limits.
+
+    Unlike in `clik`, a step knows the limits before it is taken. `damping` is Levenberg and Marquardt's, times the
+    square of the error; with little of it the steps chatter where the target is out of reach. It ends when the error
+    is below `near` (metres and radians together), no joint moves by more than `stall` [rad], or the iterations are
+    used up. model: `pinocchio_model(arm)`, kept between calls.
+    """
+    position, tilt = target(position, tilt)
+    q = np.clip(finite_array("initial", initial, (7,)), as_arm(arm).lower, arm.upper)
+    positive("damping", damping), positive("near", near), positive("stall", stall)
+    model = model or pinocchio_model(arm)
+    configuration = pink.Configuration(model, model.createData(), q)
+    task = pink.FrameTask(TIP, position_cost=1.0, orientation_cost=1.0, lm_damping=damping)
+    task.set_target(_goal(position, tilt))
+    limits = [pink.limits.ConfigurationLimit(model, config_limit_gain=1.0)]  # up to the limit in one step
+    for done in range(1, whole_number("iterations", iterations, 1) + 1):  # noqa: B007 - counts the evaluations
+        if np.linalg.norm(task.compute_error(configuration)) < near:
+            break
+        step = pink.solve_ik(configuration, [task], 1.0, solver="daqp", limits=limits, safety_break=False)
+        moved = np.clip(q + step, arm.lower, arm.upper)
+        largest, q = np.abs(moved - q).max(), moved
+        if largest < stall:
+            break
+        configuration.update(q)
     return solution(q, position, tilt, arm=arm, evaluations=done)
 
 

@@ -32,7 +32,7 @@ def optimum(position: np.ndarray, tilt: np.ndarray, *, arm: Arm = ARM) -> Geneti
     ever found by other means, but it is no proof. Raises InvalidType or InvalidValue.
     """
     position, tilt = target(position, tilt)
-    closed = lifted(position, tilt, as_arm(arm)) if is_usual(arm) else None
+    closed = lifted(position, tilt, arm) if is_usual(as_arm(arm)) else None
     if closed is not None and closed[1] == 0.0:
         return solution(closed[0], position, tilt, arm=arm)
     found = [] if closed is None else [closed[0]]

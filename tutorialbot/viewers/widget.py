@@ -9,6 +9,7 @@ import weakref
 import anywidget
 import traitlets
 from IPython import get_ipython
+from ipywidgets import Layout
 
 from tutorialbot.viewers.assets import front_end, script
 from tutorialbot.viewers.log import pack
@@ -49,7 +50,8 @@ class SceneWidget(anywidget.AnyWidget):
         self._packed: tuple[int, bytes] = (-1, b"")
         self._log.take()
         self._view = look.header()
-        super().__init__(channel=shared_front_end().channel, scene=uuid.uuid4().hex)
+        layout = Layout(flex="1 1 auto", min_width="240px")  # in a row of widgets too the scene takes what is left
+        super().__init__(channel=shared_front_end().channel, scene=uuid.uuid4().hex, layout=layout)
         self.on_msg(self._answer)
         self._log.on_change = self._changed
 
