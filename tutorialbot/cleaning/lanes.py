@@ -27,6 +27,7 @@ STEP = 0.02  # between places along and across the lanes that are tried [m]
 GAP = 0.004  # the nozzle keeps from furniture and walls [m]
 MARGIN = 0.006  # all else keeps [m]
 OVERLAP = 0.001  # what is nearer than this [m] to the nozzle's rim is not counted on
+TOUCH = 1e-5  # [m]
 BIN = 0.01  # for counting cells under a lane [m]
 LEAST = 4  # new cells for which a lane is still worth it
 WORTH = 8  # ... for which a way to it is looked for hard
@@ -102,15 +103,17 @@ class Headed:
         self._where = where
 
     def _values(self, free: shapely.Geometry, axis: int, cells: Cells) -> np.ndarray:
-        """Coordinates of nozzles along or across the heading: even steps, and those of the corners of what is free."""
+        """Coordinates of nozzles along or across the heading: even steps, and those of the corners of what is free, or
+        where outlines are curved and corners too many, of the edges square to the axis, with which lanes can be flush.
+        """
         corners = shapely.get_coordinates(free) @ self.turn[:, axis]
         if not len(corners):
             return np.zeros(1)
-        own = np.unique(corners.round(4))
-        own = own[np.concatenate([[True], np.diff(own) > 0.002])]
-        even = np.arange(corners.min(), corners.max(), STEP)
-        if len(own) > len(even) / 2:  # curved outlines: too many
-            own = np.array([corners.min(), corners.max()])
+        ends = [corners.min(), corners.max()]
+        even = np.arange(*ends, STEP)
+        own = _apart(corners)
+        if len(own) > len(even) / 2:
+            own = _apart(np.concatenate([ends, _flush(free, self.turn, axis)]))
         values = np.sort(np.concatenate([own, even]))
         return values[np.concatenate([[True], np.diff(values) > 1e-4])]
 
@@ -186,8 +189,11 @@ class Headed:
         under = np.abs(self._where[:, 1] - self.across[t]) <= half[1]
         return under & (self._where[:, 0] >= first - half[0]) & (self._where[:, 0] <= last + half[0])
 
-    def lane(self, run: int, wanted: np.ndarray) -> tuple[Lane, np.ndarray] | None:
-        """Return the part of a run that the wanted cells need, as a lane, and which cells it covers; None for none."""
+    def lane(self, run: int, wanted: np.ndarray, *, whole: bool = False) -> tuple[Lane, np.ndarray] | None:
+        """Return the part of a run that the wanted cells need, as a lane, and which cells it covers; None for none.
+
+        whole: all of the run, which may begin or end where there is more room.
+        """
         t, first, last, side = self.runs[run]
         left = LEFT[SIDES[side]]
         needed = self._where[self.covered(t, self.along[first], self.along[last]) & wanted, 0]
@@ -196,7 +202,7 @@ class Headed:
         half = 0.5 * rooms.NOZZLE_LENGTH - OVERLAP
         begin = int(np.searchsorted(self.along, needed.min() + half - 1e-9, side="right")) - 1
         end = int(np.searchsorted(self.along, needed.max() - half + 1e-9))
-        begin, end = np.clip(sorted((begin, end)), first, last).tolist()
+        begin, end = (first, last) if whole else np.clip(sorted((begin, end)), first, last).tolist()
         steps = self._extension(self.fits[t, begin : end + 1, :, side], self.along[end] - self.along[begin])
         along = self.along[begin : end + 1][steps[:, 0]]
         forward = FORWARD[EXTENSIONS][steps[:, 1]]
@@ -234,6 +240,20 @@ class Headed:
         return np.array(corners[::-1])
 
 
+def _flush(free: shapely.Geometry, turn: np.ndarray, axis: int) -> np.ndarray:
+    """Return the coordinates along a column of `turn` of those edges of `free` that are square to it."""
+    rings = shapely.get_rings(shapely.get_parts(free))
+    edges = np.concatenate([np.stack([c[:-1], c[1:]], axis=1) for c in map(shapely.get_coordinates, rings)]) @ turn
+    away = np.abs(edges[:, 1] - edges[:, 0])
+    return edges[(away[:, axis] < TOUCH) & (away[:, 1 - axis] > STEP), 0, axis]
+
+
+def _apart(values: np.ndarray) -> np.ndarray:
+    """Return the values, sorted, without those that are nearly the same as one before."""
+    values = np.unique(values.round(4))
+    return values[np.concatenate([[True], np.diff(values) > 0.002])]
+
+
 def _reaching_out(reached: np.ndarray, fits: np.ndarray) -> np.ndarray:
     """Add to the extensions `reached` (T, K, J) those beyond that `fits`: the nozzle stands, the base draws back."""
     reached = reached.copy()
@@ -266,8 +286,9 @@ def choose_lanes(
                 worth[number], counted[number] = gains / headed[number].costs(), True
                 continue
             k = int(worth[number].argmax())
-            found = headed[number].lane(k, wanted)
-            if found is None or not accessible(found[0], hard):
+            tried = (headed[number].lane(k, wanted, whole=whole) for whole in (False, True))
+            found = next((pair for pair in tried if pair is not None and accessible(pair[0], hard)), None)
+            if found is None:
                 worth[number][k] = 0.0
                 continue
             lane, under = found
