@@ -29,7 +29,7 @@ MARGIN = 0.006  # all else keeps [m]
 OVERLAP = 0.001  # what is nearer than this [m] to the nozzle's rim is not counted on
 TOUCH = 1e-5  # [m]
 BIN = 0.01  # for counting cells under a lane [m]
-LEAST = 4  # new cells for which a lane is still worth it
+LEAST = 2  # new cells for which a lane is still worth it
 WORTH = 8  # ... for which a way to it is looked for hard
 OVERHEAD = 0.5  # length [m] that costs as much time as getting to another lane
 
@@ -96,7 +96,7 @@ class Headed:
         self.along, self.across = (self._values(free, k, cells) for k in (0, 1))
         self.fits = self._fits(free, body, distances)
         self.runs = self._runs()
-        where = (cells.centres @ self.turn)[cells.reachable]
+        where = (cells.centres @ self.turn)[cells.within_reach]
         self._low = where.min(axis=0) - 1.5 * BIN
         self._bins = np.floor((where - self._low) / BIN).astype(int) + 1
         self._size = self._bins.max(axis=0) + 2
@@ -164,7 +164,7 @@ class Headed:
         return np.concatenate(found).astype(int)
 
     def gains(self, wanted: np.ndarray) -> np.ndarray:
-        """Return how many of the reachable cells that are `wanted` lie under each of the runs, (n,)."""
+        """Return how many of the cells within reach that are `wanted` lie under each of the runs, (n,)."""
         counts = np.zeros(self._size, dtype=int)
         np.add.at(counts, tuple(self._bins[wanted].T), 1)
         sums = counts.cumsum(axis=0).cumsum(axis=1)
@@ -184,7 +184,7 @@ class Headed:
         return self.along[self.runs[:, 2]] - self.along[self.runs[:, 1]] + OVERHEAD
 
     def covered(self, t: int, first: float, last: float) -> np.ndarray:
-        """Return which of the reachable cells lie under the lane at across[t] from `first` to `last` [m]."""
+        """Return which of the cells within reach lie under the lane at across[t] from `first` to `last` [m]."""
         half = 0.5 * np.array([rooms.NOZZLE_LENGTH, rooms.NOZZLE_WIDTH]) - OVERLAP
         under = np.abs(self._where[:, 1] - self.across[t]) <= half[1]
         return under & (self._where[:, 0] >= first - half[0]) & (self._where[:, 0] <= last + half[0])
@@ -265,14 +265,14 @@ def _reaching_out(reached: np.ndarray, fits: np.ndarray) -> np.ndarray:
 def choose_lanes(
     headed: list[Headed], cells: Cells, accessible: Callable[[Lane, bool], bool]
 ) -> Iterator[tuple[Lane, float]]:
-    """Yield lanes, the most useful first, each with the share of reachable cells planned so far.
+    """Yield lanes, the most useful first, each with the share of the cells within reach planned so far.
 
     accessible: whether the robot can get to a lane, looking for a way quickly or, True, hard; those to which it cannot
     are left out. When no lane is left, those are tried again, hard, under which there still lie WORTH cells. What a
     lane is worth only falls from lane to lane, so the last values are upper bounds, and few headings have to be counted
     anew each time.
     """
-    wanted = np.ones(int(cells.reachable.sum()), dtype=bool)
+    wanted = np.ones(int(cells.within_reach.sum()), dtype=bool)
     for hard, least in ((False, LEAST), (True, WORTH)):
         worth = [np.full(len(one.runs), np.inf) for one in headed]
         counted = np.zeros(len(headed), dtype=bool)

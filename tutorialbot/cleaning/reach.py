@@ -38,8 +38,8 @@ TOLERANCE, TRIES = 0.001, 5  # [m] and [rad]; a search that misses it goes on fr
 class Postures:
     """down: (f, l, 7) [rad], the arm with the nozzle on the floor at FORWARD[i], LEFT[j].
 
-    raising (m, 7): from the rest posture, the vacuum held close, to lattice[-1, 0, -1], lifted. error: the largest error of all
-    targets [m or rad]; evaluations of eq. (5).
+    raising (m, 7): from the rest posture, the vacuum held close, to lattice[-1, 0, -1], lifted. error: the largest
+    error of all targets [m or rad]; evaluations of eq. (5).
     """
 
     down: np.ndarray

@@ -19,11 +19,11 @@ GRID = 0.1  # between nodes [m]
 TURNS = 16  # headings
 DRAWN = np.array([FORWARD[0], LEFT[4]])  # where the nozzle is on the way, in the base's frame [m]
 MARGIN = 0.02  # the robot keeps on its ways [m]
-TIGHT, SLACK = 0.003, 0.001  # what it keeps at least, and how much less than at the ends [m]
+TIGHT, SLACK = 0.0035, 0.0005  # what it keeps at least, and how much less than at the ends [m]
 FINE = 0.03  # between checks along a way [m]
 BACK, BACK_MOST = 0.1, 8  # steps back from a lane's end [m], and how many
 BACKWARDS = np.pi + np.array([0.0, 0.8, -0.8, 1.57, -1.57])  # ... and in which directions of the base [rad]
-ALIKE = np.array([0.25, 0.25, 0.3, 0.2, 0.2])  # base [m, m, rad] and nozzle [m, m], next to one that is stuck
+ALIKE = np.array([0.12, 0.12, 0.15, 0.1, 0.1])  # base [m, m, rad] and nozzle [m, m], next to one that is stuck
 ARC = 0.3  # length [m] that costs as much as a turn by one radian
 
 
