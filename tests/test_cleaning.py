@@ -67,3 +67,17 @@ def test_cells_that_the_nozzle_cannot_cover_are_not_reachable():
 def test_areas_that_cannot_be_cleaned_are_refused(area):
     with pytest.raises(TutorialbotError, match="^area"):
         cleaning.plan(area, room=SPARE, seed=1)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", ROOMS)
+def test_whole_rooms_get_clean(name):
+    """A seed on which nothing was tuned. What is reachable and what is open is found without the planner."""
+    room = ROOMS[name]
+    run = cleaning.plan(room.floor, room=room, seed=101)
+    shares = f"{run.coverage_within_reach:.4f} within reach, {run.coverage:.4f} of reachable"
+    print(f"\n{name}: {shares}, {run.coverage_of_area:.4f} of all; clearance {1e3 * run.min_clearance:.2f} mm")
+    assert run.finished
+    assert run.min_clearance > 0.0
+    assert run.coverage_within_reach >= 0.98
+    assert run.coverage >= 0.97

@@ -27,14 +27,14 @@ BASE_HIGH = 0.29  # of the robot's base [m]
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Cells of a floor. centres: (n, 2) [m], those inside the area; reachable: (n,) whether the nozzle can cover
-    it; open: (n,) whether a nozzle on its own could, without a pipe on it or a robot behind; places: (n, 2) column and
-    row in a grid of `shape` (columns, rows) whose first cell has the centre `first` (2,) [m].
+    """Cells of a floor. centres: (n, 2) [m], those inside the area; reachable: (n,) whether a nozzle that is clear of
+    furniture can cover it; within_reach: (n,) whether one can that has its pipe on it and the robot behind; places:
+    (n, 2) column and row in a grid of `shape` (columns, rows) whose first cell has the centre `first` (2,) [m].
     """
 
     centres: np.ndarray
     reachable: np.ndarray
-    open: np.ndarray
+    within_reach: np.ndarray
     places: np.ndarray
     shape: tuple[int, int]
     first: np.ndarray
@@ -47,49 +47,53 @@ class Cells:
 
 
 def floor_to_clean(area: np.ndarray, room: Room) -> shapely.Geometry:
-    """Return the area (k, 2) [m] inside the room, minus furniture as high as the nozzle."""
+    """Return the part of the area (k, 2) [m] that is in the room and clear of furniture as high as the nozzle.
+
+    Clear is what does not touch: the very line where a wall or a piece begins is not among it.
+    """
     furniture = [shapely.Polygon(corners) for corners in room.obstacles(0.0, rooms.NOZZLE_HEIGHT)]
-    return shapely.Polygon(area).intersection(room.polygon).difference(shapely.union_all(furniture))
+    clear = room.polygon.difference(shapely.union_all(furniture)).buffer(-TOUCH, join_style="mitre")
+    return shapely.Polygon(area).buffer(TOUCH, join_style="mitre").intersection(clear)
 
 
 def reachable_cells(area: np.ndarray, room: Room, headings: int = HEADINGS) -> Cells:
     """Return the cells of `area` (k, 2) [m].
 
-    A cell is reachable when, for some of `headings` in a turn, there is a place for the nozzle such that
+    A cell is within reach when, for some of `headings` in a turn, there is a place for the nozzle such that
 
-    - its footprint, a rectangle, lies within the floor to be cleaned (it may touch furniture and walls) and covers the
-      cell's centre,
+    - its footprint, a rectangle, lies within the floor to be cleaned, touches neither furniture nor walls, and covers
+      the cell's centre,
     - pipe and cleaner, which the hand holds at a fixed tilt over the nozzle, stand in nobody's way,
     - somewhere within the arm's reach behind it there is room for the robot's base.
 
-    The first alone makes a cell `open`. For each heading that is a morphological opening on a raster: where may the
-    middle of the nozzle be (erosion), and what does the nozzle cover from there (dilation).
+    The first alone makes a cell `reachable`. For each heading that is a morphological opening on a raster: where may
+    the middle of the nozzle be (erosion), and what does the nozzle cover from there (dilation).
     """
     low, high = np.min(area, axis=0), np.max(area, axis=0)
     cells = np.ceil((high - low) / CELL - TOUCH).astype(int)
     raster = _Raster(low, 2 * cells + 1)  # odd numbers are centres of cells
-    inside = raster.within(floor_to_clean(area, room).buffer(TOUCH))
+    inside = raster.within(floor_to_clean(area, room))
     solid, tool = tool_solids(room, raster), tool_points()
     standing = room.polygon.buffer(-rooms.BASE_RADIUS).difference(
         shapely.union_all([shapely.Polygon(part) for part in room.obstacles(0.0, BASE_HIGH)]).buffer(rooms.BASE_RADIUS)
     )
     reach = int(np.hypot(FORWARD[-1], LEFT[-1]) / FINE) + 1
     base = _Raster(low - reach * FINE, 2 * cells + 1 + 2 * reach).within(standing.buffer(TOUCH))
-    reachable, open_ = np.zeros_like(inside), np.zeros_like(inside)
+    within_reach, reachable = np.zeros_like(inside), np.zeros_like(inside)
     for heading in 2 * np.pi * np.arange(headings) / headings:
         kernel = nozzle_kernel(heading)
         fits = eroded(inside, kernel)
-        open_ |= dilated(fits, kernel)
+        reachable |= dilated(fits, kernel)
         cosine, sine = np.cos(heading), np.sin(heading)
         for (x, y, _, _), hit in zip(tool, solid, strict=True):
             fits = fits & ~_shifted(hit, round((cosine * x - sine * y) / FINE), round((sine * x + cosine * y) / FINE))
         stand = fftconvolve(base.astype(float), _behind(heading, reach), mode="same")[reach:-reach, reach:-reach] > 0.5
-        reachable |= dilated(fits & stand, kernel)
+        within_reach |= dilated(fits & stand, kernel)
     column, row = np.meshgrid(*(np.arange(n) for n in cells), indexing="ij")
     centres = np.stack([raster.x[1::2][column], raster.y[1::2][row]], axis=-1).reshape(-1, 2)
     wanted = shapely.contains_xy(shapely.Polygon(area).buffer(TOUCH), *centres.T)
     places = np.stack([column.ravel(), row.ravel()], axis=-1)[wanted]
-    found = (mask[1::2, 1::2].ravel()[wanted] for mask in (reachable, open_))
+    found = (mask[1::2, 1::2].ravel()[wanted] for mask in (reachable, within_reach))
     return Cells(centres[wanted], *found, places, tuple(cells.tolist()), centres[0])
 
 

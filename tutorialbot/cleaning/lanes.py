@@ -24,11 +24,13 @@ HEADINGS = np.pi / 8 * np.array([0, 4, 8, 12, 2, 6, 10, 14, *range(1, 16, 2)])  
 EXTENSIONS = np.array([0, 2, 4, 6])  # numbers of FORWARD between which a lane is checked
 SIDES = np.array([0, 4, 8])  # numbers of LEFT at which lanes are driven
 STEP = 0.02  # between places along and across the lanes that are tried [m]
-GAP = 0.005  # the nozzle keeps from furniture and walls [m]
-MARGIN = 0.012  # all else keeps [m]
-OVERLAP = 0.003  # what is nearer than this [m] to the nozzle's rim is not counted on
+GAP = 0.004  # the nozzle keeps from furniture and walls [m]
+MARGIN = 0.006  # all else keeps [m]
+OVERLAP = 0.001  # what is nearer than this [m] to the nozzle's rim is not counted on
+TOUCH = 1e-5  # [m]
 BIN = 0.01  # for counting cells under a lane [m]
-LEAST = 4  # new cells for which a lane is still worth it
+LEAST = 2  # new cells for which a lane is still worth it
+WORTH = 8  # ... for which a way to it is looked for hard
 OVERHEAD = 0.5  # length [m] that costs as much time as getting to another lane
 
 
@@ -94,22 +96,24 @@ class Headed:
         self.along, self.across = (self._values(free, k, cells) for k in (0, 1))
         self.fits = self._fits(free, body, distances)
         self.runs = self._runs()
-        where = (cells.centres @ self.turn)[cells.reachable]
+        where = (cells.centres @ self.turn)[cells.within_reach]
         self._low = where.min(axis=0) - 1.5 * BIN
         self._bins = np.floor((where - self._low) / BIN).astype(int) + 1
         self._size = self._bins.max(axis=0) + 2
         self._where = where
 
     def _values(self, free: shapely.Geometry, axis: int, cells: Cells) -> np.ndarray:
-        """Coordinates of nozzles along or across the heading: even steps, and those of the corners of what is free."""
+        """Coordinates of nozzles along or across the heading: even steps, and those of the corners of what is free, or
+        where outlines are curved and corners too many, of the edges square to the axis, with which lanes can be flush.
+        """
         corners = shapely.get_coordinates(free) @ self.turn[:, axis]
         if not len(corners):
             return np.zeros(1)
-        own = np.unique(corners.round(4))
-        own = own[np.concatenate([[True], np.diff(own) > 0.002])]
-        even = np.arange(corners.min(), corners.max(), STEP)
-        if len(own) > len(even) / 2:  # curved outlines: too many
-            own = np.array([corners.min(), corners.max()])
+        ends = [corners.min(), corners.max()]
+        even = np.arange(*ends, STEP)
+        own = _apart(corners)
+        if len(own) > len(even) / 2:
+            own = _apart(np.concatenate([ends, _flush(free, self.turn, axis)]))
         values = np.sort(np.concatenate([own, even]))
         return values[np.concatenate([[True], np.diff(values) > 1e-4])]
 
@@ -118,21 +122,24 @@ class Headed:
         x, y = np.moveaxis(np.stack([along, across], axis=-1) @ self.turn.T, -1, 0)
         shapely.prepare(free)
         nozzle = shapely.contains_xy(free, x, y)
-        nozzle &= self._clearance(body.vacuum, distances, 1)(x, y) > MARGIN
-        base = self._clearance(body.base, distances, 1)
+        poses = np.stack([x[nozzle], y[nozzle], np.full(int(nozzle.sum()), self.heading)], axis=1)
+        nozzle[nozzle] = body.vacuum.clearance(distances, poses) > MARGIN
+        base = self._clearance(body.base, distances, 2)
         fits = np.zeros((*nozzle.shape, len(EXTENSIONS), len(SIDES)), dtype=bool)
         for side, j in enumerate(SIDES):
             for k, i in enumerate(EXTENSIONS):
-                dx, dy = self.turn @ [FORWARD[i], LEFT[j]]
+                middle = np.array([[FORWARD[i], LEFT[j]]])
+                dx, dy = self.turn @ middle[0]
                 bx, by = x[nozzle] - dx, y[nozzle] - dy
-                arm = self._clearance(body.arm[i, j], distances, 2)
+                arm = self._clearance(body.arm_down.part(*(int(n[0]) for n in body.nearest(middle))), distances, 3)
                 fits[nozzle, k, side] = (base(bx, by) > MARGIN) & (arm(bx, by) > MARGIN)
         return fits
 
     def _clearance(self, columns: Columns, distances: Distances, stride: int) -> Callable:
         """Return a function of x and y [m]: clearance of the columns with the base there, from a raster made now."""
         x, y = np.meshgrid(distances.x[::stride], distances.y[::stride], indexing="ij")
-        raster = columns.clearance(distances, np.stack([x, y, np.full(x.shape, self.heading)], axis=-1))
+        poses = np.stack([x, y, np.full(x.shape, self.heading)], axis=-1).reshape(-1, 3)
+        raster = columns.clearance(distances, poses).reshape(x.shape)
         low = distances.low
 
         def at(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -157,7 +164,7 @@ class Headed:
         return np.concatenate(found).astype(int)
 
     def gains(self, wanted: np.ndarray) -> np.ndarray:
-        """Return how many of the reachable cells that are `wanted` lie under each of the runs, (n,)."""
+        """Return how many of the cells within reach that are `wanted` lie under each of the runs, (n,)."""
         counts = np.zeros(self._size, dtype=int)
         np.add.at(counts, tuple(self._bins[wanted].T), 1)
         sums = counts.cumsum(axis=0).cumsum(axis=1)
@@ -177,13 +184,16 @@ class Headed:
         return self.along[self.runs[:, 2]] - self.along[self.runs[:, 1]] + OVERHEAD
 
     def covered(self, t: int, first: float, last: float) -> np.ndarray:
-        """Return which of the reachable cells lie under the lane at across[t] from `first` to `last` [m]."""
+        """Return which of the cells within reach lie under the lane at across[t] from `first` to `last` [m]."""
         half = 0.5 * np.array([rooms.NOZZLE_LENGTH, rooms.NOZZLE_WIDTH]) - OVERLAP
         under = np.abs(self._where[:, 1] - self.across[t]) <= half[1]
         return under & (self._where[:, 0] >= first - half[0]) & (self._where[:, 0] <= last + half[0])
 
-    def lane(self, run: int, wanted: np.ndarray) -> tuple[Lane, np.ndarray] | None:
-        """Return the part of a run that the wanted cells need, as a lane, and which cells it covers; None for none."""
+    def lane(self, run: int, wanted: np.ndarray, *, whole: bool = False) -> tuple[Lane, np.ndarray] | None:
+        """Return the part of a run that the wanted cells need, as a lane, and which cells it covers; None for none.
+
+        whole: all of the run, which may begin or end where there is more room.
+        """
         t, first, last, side = self.runs[run]
         left = LEFT[SIDES[side]]
         needed = self._where[self.covered(t, self.along[first], self.along[last]) & wanted, 0]
@@ -192,7 +202,7 @@ class Headed:
         half = 0.5 * rooms.NOZZLE_LENGTH - OVERLAP
         begin = int(np.searchsorted(self.along, needed.min() + half - 1e-9, side="right")) - 1
         end = int(np.searchsorted(self.along, needed.max() - half + 1e-9))
-        begin, end = max(first, min(begin, end)), min(last, max(begin, end))
+        begin, end = (first, last) if whole else np.clip(sorted((begin, end)), first, last).tolist()
         steps = self._extension(self.fits[t, begin : end + 1, :, side], self.along[end] - self.along[begin])
         along = self.along[begin : end + 1][steps[:, 0]]
         forward = FORWARD[EXTENSIONS][steps[:, 1]]
@@ -230,6 +240,20 @@ class Headed:
         return np.array(corners[::-1])
 
 
+def _flush(free: shapely.Geometry, turn: np.ndarray, axis: int) -> np.ndarray:
+    """Return the coordinates along a column of `turn` of those edges of `free` that are square to it."""
+    rings = shapely.get_rings(shapely.get_parts(free))
+    edges = np.concatenate([np.stack([c[:-1], c[1:]], axis=1) for c in map(shapely.get_coordinates, rings)]) @ turn
+    away = np.abs(edges[:, 1] - edges[:, 0])
+    return edges[(away[:, axis] < TOUCH) & (away[:, 1 - axis] > STEP), 0, axis]
+
+
+def _apart(values: np.ndarray) -> np.ndarray:
+    """Return the values, sorted, without those that are nearly the same as one before."""
+    values = np.unique(values.round(4))
+    return values[np.concatenate([[True], np.diff(values) > 0.002])]
+
+
 def _reaching_out(reached: np.ndarray, fits: np.ndarray) -> np.ndarray:
     """Add to the extensions `reached` (T, K, J) those beyond that `fits`: the nozzle stands, the base draws back."""
     reached = reached.copy()
@@ -239,32 +263,35 @@ def _reaching_out(reached: np.ndarray, fits: np.ndarray) -> np.ndarray:
 
 
 def choose_lanes(
-    headed: list[Headed], cells: Cells, accessible: Callable[[Lane], bool]
+    headed: list[Headed], cells: Cells, accessible: Callable[[Lane, bool], bool]
 ) -> Iterator[tuple[Lane, float]]:
-    """Yield lanes, the most useful first, each with the share of reachable cells planned so far.
+    """Yield lanes, the most useful first, each with the share of the cells within reach planned so far.
 
-    accessible: whether the robot can get to a lane; those to which it cannot are left out.
+    accessible: whether the robot can get to a lane, looking for a way quickly or, True, hard; those to which it cannot
+    are left out. When no lane is left, those are tried again, hard, under which there still lie WORTH cells. What a
+    lane is worth only falls from lane to lane, so the last values are upper bounds, and few headings have to be counted
+    anew each time.
     """
-    wanted = np.ones(int(cells.reachable.sum()), dtype=bool)
-    shut = [np.zeros(len(one.runs), dtype=bool) for one in headed]
-    while wanted.any():
-        best, choice = 0.0, None
-        for number, one in enumerate(headed):
-            gains = np.where(shut[number], 0, one.gains(wanted))
-            gains[gains < LEAST] = 0
-            if not len(gains):
+    wanted = np.ones(int(cells.within_reach.sum()), dtype=bool)
+    for hard, least in ((False, LEAST), (True, WORTH)):
+        worth = [np.full(len(one.runs), np.inf) for one in headed]
+        counted = np.zeros(len(headed), dtype=bool)
+        while wanted.any():
+            number = int(np.argmax([values.max(initial=0.0) for values in worth]))
+            if worth[number].max(initial=0.0) <= 0.0:
+                break
+            if not counted[number]:
+                gains = headed[number].gains(wanted)
+                gains[(gains < least) | (worth[number] <= 0.0)] = 0
+                worth[number], counted[number] = gains / headed[number].costs(), True
                 continue
-            worth = gains / one.costs()
-            k = int(worth.argmax())
-            if worth[k] > best * (1 + 1e-9):
-                best, choice = worth[k], (number, k)
-        if choice is None:
-            return
-        number, k = choice
-        found = headed[number].lane(k, wanted)
-        if found is None or not accessible(found[0]):
-            shut[number][k] = True
-            continue
-        lane, under = found
-        wanted &= ~under
-        yield lane, 1.0 - float(wanted.mean())
+            k = int(worth[number].argmax())
+            tried = (headed[number].lane(k, wanted, whole=whole) for whole in (False, True))
+            found = next((pair for pair in tried if pair is not None and accessible(pair[0], hard)), None)
+            if found is None:
+                worth[number][k] = 0.0
+                continue
+            lane, under = found
+            wanted &= ~under
+            counted[:] = False
+            yield lane, 1.0 - float(wanted.mean())

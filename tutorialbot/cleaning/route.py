@@ -13,15 +13,17 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from tutorialbot.cleaning.body import Body, Distances
 from tutorialbot.cleaning.lanes import Lane
 from tutorialbot.cleaning.reach import FORWARD, LEFT
+from tutorialbot.cleaning.wriggle import ways_out
 
 GRID = 0.1  # between nodes [m]
 TURNS = 16  # headings
 DRAWN = np.array([FORWARD[0], LEFT[4]])  # where the nozzle is on the way, in the base's frame [m]
 MARGIN = 0.02  # the robot keeps on its ways [m]
-TIGHT, SLACK = 0.002, 0.001  # what it keeps at least, and how much less than at the ends [m]
+TIGHT, SLACK = 0.0035, 0.0005  # what it keeps at least, and how much less than at the ends [m]
 FINE = 0.03  # between checks along a way [m]
 BACK, BACK_MOST = 0.1, 8  # steps back from a lane's end [m], and how many
 BACKWARDS = np.pi + np.array([0.0, 0.8, -0.8, 1.57, -1.57])  # ... and in which directions of the base [rad]
+ALIKE = np.array([0.12, 0.12, 0.15, 0.1, 0.1])  # base [m, m, rad] and nozzle [m, m], next to one that is stuck
 ARC = 0.3  # length [m] that costs as much as a turn by one radian
 
 
@@ -55,6 +57,7 @@ class Router:
         self.graph = self._edges()
         self.component = connected_components(self.graph, directed=False)[1]
         self._exits: dict[tuple, Exit | None] = {}
+        self._stuck: list[np.ndarray] = []
         self._from: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         home = self.entry(start)
         self.home = None if home is None else self.component[home]
@@ -117,14 +120,17 @@ class Router:
         other[2] = pose[2] + (other[2] - pose[2] + np.pi) % (2 * np.pi) - np.pi
         return np.stack([pose, other])
 
-    def exit(self, base: np.ndarray, nozzle: np.ndarray) -> "Exit | None":
+    def exit(self, base: np.ndarray, nozzle: np.ndarray, *, wriggle: bool = False) -> "Exit | None":
         """Return a way from a lane's end to a node that is connected with the start, None when there is none.
 
-        The robot draws the nozzle close where it stands, or first drives straight back, or aslant, until it can.
+        The robot draws the nozzle close where it stands, or first drives straight back, or aslant, until it can; with
+        `wriggle` it also tries small moves of base and arm (see `wriggle.ways_out`), which takes long to find.
         """
         key = (*base.tolist(), *nozzle.tolist())
         if key not in self._exits:
             self._exits[key] = self._exit(base, nozzle)
+        if wriggle and self._exits[key] is None:
+            self._exits[key] = self._wriggled(base, nozzle)
         return self._exits[key]
 
     def _exit(self, base: np.ndarray, nozzle: np.ndarray) -> "Exit | None":
@@ -141,6 +147,32 @@ class Router:
                     return Exit(bases, np.concatenate([nozzle[None], drawing]), node)
         return None
 
+    def _wriggled(self, base: np.ndarray, nozzle: np.ndarray) -> "Exit | None":
+        """Return a way out by small moves; None when none is found."""
+        state = np.concatenate([base, nozzle])
+        if any((np.abs(state - other) < ALIKE).all() for other in self._stuck):
+            return None
+        ends: dict[int, tuple[np.ndarray, int]] = {}
+
+        def out(states: np.ndarray) -> np.ndarray:
+            free = np.flatnonzero(self.clear(states[:, :3], DRAWN))
+            for i in free:
+                drawing = self.drawing(states[i, :3], states[i, 3:])
+                node = None if drawing is None else self.entry(states[i, :3])
+                if node is not None and self.component[node] == self.home:
+                    ends[0] = drawing, node
+                    return np.arange(len(states)) == i
+            return np.zeros(len(states), dtype=bool)
+
+        here = self.body.clearance(self.distances, base[None], nozzle[None])[0]
+        way = ways_out(self.body, self.distances, base, nozzle, TIGHT, out) if here > TIGHT else None
+        if way is None:
+            self._stuck.append(state)
+            return None
+        drawing, node = ends[0]
+        bases = np.concatenate([way[:, :3], np.tile(way[-1, :3], (len(drawing), 1))])
+        return Exit(bases, np.concatenate([way[:, 3:], drawing]), node)
+
     def drawing(self, base: np.ndarray, nozzle: np.ndarray) -> np.ndarray | None:
         """Return nozzles (m, 2) that draw the lifted nozzle close with the base at rest; None if something is near."""
         first = np.array([DRAWN[0], nozzle[1]])
@@ -149,9 +181,9 @@ class Router:
                 return np.array(way)
         return None
 
-    def accessible(self, lane: Lane) -> bool:
-        """Whether the robot can get to one of the lane's ends, or both."""
-        return any(self.exit(lane.base[k], lane.nozzle[k]) is not None for k in (0, -1))
+    def accessible(self, lane: Lane, wriggle: bool) -> bool:
+        """Whether the robot can get to one of the lane's ends, or both; see `exit`."""
+        return any(self.exit(lane.base[k], lane.nozzle[k], wriggle=wriggle) is not None for k in (0, -1))
 
     def reach(self, node: int) -> tuple[np.ndarray, np.ndarray]:
         """Return distances (n,) [m] from a node to all, and each node's predecessor on the way."""

@@ -17,6 +17,8 @@ PERIOD = 0.02  # of the outer loop [s]
 TIMESTEP = 0.002  # [s]
 NOTICED = 0.05  # clearances up to this [m] are measured
 CALM = 0.6  # share of the joints' accelerations that is used
+PRESSED = 6.0  # how hard the nozzle is pressed against the floor [N]
+STILL = 0.02  # below about this speed [m/s] its friction is not counted on
 FLAT = 0.003  # the nozzle's underside must nowhere be higher than this [m] to count as on the floor
 RECORD = 5  # every this many periods the state is kept for the film
 
@@ -45,6 +47,7 @@ class CleaningSimulation:
         self.model, self._lead = assemble(room, timestep=TIMESTEP, seen=False)
         self.data = mujoco.MjData(self.model)
         model = self.model
+        model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # a pyramid's friction would push the nozzle aside
         of_room = np.array([model.body(body).name.startswith("room/") or body == 0 for body in model.geom_bodyid])
         solid = of_room & (model.geom_contype & 2 > 0)
         model.geom_gap[solid] = NOTICED  # noticed from afar, felt only when it touches
@@ -54,21 +57,22 @@ class CleaningSimulation:
         self._qpos = np.array([model.joint(name).qposadr[0] for name in MOVING])
         self._ctrl = np.array([model.actuator(name).id for name in MOVING])
         self._integrals = np.array([model.actuator(name).actadr[0] for name in ARM])
+        self._friction = float(model.geom_friction[self._nozzle, 0])
         half = model.geom_size[self._nozzle]
         self._corners = half * [[i, j, -1] for i in (-1, 1) for j in (-1, 1)]
         model.body_gravcomp[model.body("vacuum/vacuum").id] = 1.0  # the controllers know what the tool weighs
-        self._tool = model.body("vacuum/nozzle").id
-        self._dofs = np.array([model.joint(name).dofadr[0] for name in ARM])
-        self._weight = float(model.body_mass[self._tool]) * -model.opt.gravity[2]
+        self._dofs = np.array([model.joint(name).dofadr[0] for name in MOVING])
+        self._tool, self._velocity = model.body("vacuum/nozzle").id, np.zeros(len(MOVING))
+        self._inertia, self._jacobian = np.empty((model.nv, model.nv)), np.empty((3, model.nv))
         place(model, self.data, base, arm)
         self.reference = self.data.qpos[self._qpos].copy()
         self.record = Recording()
 
-    def follow(self, references: Iterable[np.ndarray]) -> None:
-        """Follow references (10,) for MOVING, one a period; see `paced`.
+    def follow(self, references: Iterable[np.ndarray], *, press: bool = False) -> None:
+        """Follow references (10,) for MOVING, one a period (see `paced`); `press` the nozzle against the floor or not.
 
-        The controllers' integrals stay empty: weights are borne by `_bear`, and against the floor they would only wind
-        up. A contact in any step of a period counts for that period.
+        The controllers' integrals stay empty: what there is to bear is known beforehand, and against the floor they
+        would only wind up. While it presses, a contact in any step of a period counts, else in the last.
         """
         steps = round(PERIOD / TIMESTEP)
         for reference in references:
@@ -76,20 +80,31 @@ class CleaningSimulation:
             velocity = (reference - before) / PERIOD
             self._roll(before[2], velocity[:3])
             lead = self._lead * velocity
-            self._bear()
+            self._feed_forward((velocity - self._velocity) / PERIOD, PRESSED if press else 0.0)
+            self._velocity = velocity
             touched = False
             for step in range(1, steps + 1):
                 self.data.ctrl[self._ctrl] = before + step / steps * (reference - before) + lead
                 mujoco.mj_step(self.model, self.data)
                 self.data.act[self._integrals] = 0.0
-                touched = touched or self._touching()
+                touched = touched or ((press or step == steps) and self._touching())
             self._look(touched)
 
-    def _bear(self) -> None:
-        """Let the arm's motors bear the weight of the nozzle, which hangs on hinges of its own: J^T m g."""
-        jacobian = np.empty((3, self.model.nv))
-        mujoco.mj_jacBody(self.model, self.data, jacobian, None, self._tool)
-        self.data.qfrc_applied[self._dofs] = self._weight * jacobian[2, self._dofs]
+    def _feed_forward(self, acceleration: np.ndarray, press: float) -> None:
+        """Give the motors what is known beforehand, the computed torque: M a for the reference's acceleration (10,),
+        centrifugal forces, the weight of the nozzle, which hangs on hinges of its own, and J^T f with the force f that
+        presses the nozzle down and overcomes its friction.
+        """
+        data = self.data
+        mujoco.mj_fullM(self.model, data, self._inertia)
+        torque = self._inertia[np.ix_(self._dofs, self._dofs)] @ acceleration
+        torque += (data.qfrc_bias - data.qfrc_gravcomp)[self._dofs]
+        if press:
+            mujoco.mj_jacBody(self.model, data, self._jacobian, None, self._tool)
+            x, y, _ = self._jacobian @ data.qvel
+            drag = self._friction / (np.hypot(x, y) + STILL)
+            torque += press * np.array([drag * x, drag * y, -1.0]) @ self._jacobian[:, self._dofs]
+        data.qfrc_applied[self._dofs] = torque
 
     def _roll(self, yaw: float, velocity: np.ndarray) -> None:
         """Turn the omni wheels as the base's velocity (3,) in the room asks."""

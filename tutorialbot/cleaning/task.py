@@ -56,9 +56,9 @@ class CleaningRun:
         return float(self.covered[self.cells.reachable].mean())
 
     @property
-    def coverage_of_open(self) -> float:
-        """Share of the cells that were covered of those that a nozzle without pipe and robot could cover, 0..1."""
-        return float(self.covered[self.cells.open].mean())
+    def coverage_within_reach(self) -> float:
+        """Share of the cells that were covered of those that the nozzle with pipe and robot could cover, 0..1."""
+        return float(self.covered[self.cells.within_reach].mean())
 
     @property
     def coverage_of_area(self) -> float:
@@ -114,7 +114,7 @@ def prepare(room: Room, postures: Postures) -> Prepared:
 
 
 def choose(cells: Cells, room: Room, prepared: Prepared) -> Iterator[tuple[Lane, float]]:
-    """Yield the lanes one by one, and what share of the reachable cells they cover together by plan."""
+    """Yield the lanes one by one, and what share of the cells within reach they cover together by plan."""
     headed = [Headed(heading, room, prepared.body, prepared.distances, cells) for heading in HEADINGS]
     yield from choose_lanes(headed, cells, prepared.router.accessible)
 
@@ -130,7 +130,7 @@ def execute(simulation: CleaningSimulation, motions: Sequence[Motion], postures:
         for samples, start, end in zip(motion.samples(postures), motion.nozzle[:-1], motion.nozzle[1:], strict=True):
             way = np.linalg.norm(samples[-1, :2] - samples[0, :2] + end - start)  # at most this far goes the nozzle
             floor = motion.lane is not None
-            simulation.follow(paced(samples, SPEED_ON_FLOOR / max(way, 1e-3) if floor else np.inf))
+            simulation.follow(paced(samples, SPEED_ON_FLOOR / max(way, 1e-3) if floor else np.inf), press=floor)
             if simulation.failed:
                 return
         yield motion
@@ -157,12 +157,12 @@ def plan(area: np.ndarray, *, room: Room | None = None, seed: int) -> CleaningRu
     room: None puts an empty one around the area. seed: of the genetic algorithm that finds the arm's postures; the same
     seed gives the same run. Ctrl-C during the drive ends it, and the run holds what was covered so far, `finished`
     False. Raises InvalidValue or InvalidType for an area with fewer than three corners, that crosses itself, is outside
-    the room or has no reachable cell.
+    the room or has no cell within reach.
     """
     area, room = checked(area, room)
     seed = whole_number("seed", seed, 0)
     cells = reachable_cells(area, room)
-    if not cells.reachable.any():
+    if not cells.within_reach.any():
         raise InvalidValue("area", area.tolist(), "a polygon into which the nozzle fits somewhere")
     *_, postures = progress(solve_postures(seed), description="postures")
     prepared = prepare(room, postures)
@@ -178,5 +178,3 @@ def plan(area: np.ndarray, *, room: Room | None = None, seed: int) -> CleaningRu
         if not simulation.record.times:
             raise
     return judge(simulation, cells, room, lanes, finished)
-
-

@@ -61,18 +61,16 @@ def tour(lanes: Sequence[Lane], router: Router) -> list[Motion]:
         else:
             motions += _around(base, way_out, exits[choice], router)
             lane = _turned_to(lane, motions[-1].base[-1, 2])
-        here, there = (np.tile(lane.base[k], (2, 1)) for k in (0, -1))
-        motions += [
-            Motion(here, np.tile(lane.nozzle[0], (2, 1)), np.array([1.0, 0.0])),
-            Motion(lane.base, lane.nozzle, np.zeros(len(lane.base)), number),
-            Motion(there, np.tile(lane.nozzle[-1], (2, 1)), np.array([0.0, 1.0])),
-        ]
-        base, nozzle, driven = lane.base[-1], lane.nozzle[-1], exits[choice ^ 1]
+        driven, back = exits[choice ^ 1], lane.turned_round
+        ways = [lane] if driven is not None else [lane, back]  # a dead end: back along the lane, on the floor
+        driven = exits[choice] if driven is None else driven
+        last = ways[-1]
+        here, there = (np.tile(one.base[k], (2, 1)) for one, k in ((lane, 0), (last, -1)))
+        motions.append(Motion(here, np.tile(lane.nozzle[0], (2, 1)), np.array([1.0, 0.0])))
+        motions += [Motion(one.base, one.nozzle, np.zeros(len(one.base)), number) for one in ways]
+        motions.append(Motion(there, np.tile(last.nozzle[-1], (2, 1)), np.array([0.0, 1.0])))
+        base, nozzle = last.base[-1], last.nozzle[-1]
         left -= {2 * number, 2 * number + 1}
-        if driven is None:  # a dead end: back along the lane, the nozzle lifted
-            back = lane.turned_round
-            motions.append(Motion(back.base, back.nozzle, np.ones(len(back.base))))
-            base, nozzle, driven = back.base[-1], back.nozzle[-1], exits[choice]
     return motions
 
 
@@ -109,13 +107,11 @@ def _around(base: np.ndarray, way_out: Exit, way_in: Exit, router: Router) -> li
     """Draw close, drive, reach out."""
     motions = []
     if len(way_out.base) > 1:
-        out = way_out.base.copy()
-        out[:, 2] = base[2]
+        out = way_out.base + [0.0, 0.0, base[2] - way_out.base[0, 2]]
         motions.append(Motion(out, way_out.nozzle, np.ones(len(out))))
     start = motions[-1].base[-1] if motions else base
     way = router.way(start, way_in.base[-1])
     motions.append(Motion(way, np.tile(DRAWN, (len(way), 1)), np.ones(len(way))))
-    into = way_in.base[::-1].copy()
-    into[:, 2] = way[-1, 2]
+    into = way_in.base[::-1] + [0.0, 0.0, way[-1, 2] - way_in.base[-1, 2]]
     motions.append(Motion(into, way_in.nozzle[::-1], np.ones(len(into))))
     return motions
