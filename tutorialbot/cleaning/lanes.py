@@ -20,16 +20,16 @@ from tutorialbot.cleaning.reach import FORWARD, LEFT
 from tutorialbot.scene import room as rooms
 from tutorialbot.scene.room import Room
 
-HEADINGS = np.pi / 8 * np.array([0, 4, 8, 12, 2, 6, 10, 14, *range(1, 16, 2)])  # the room's own directions first
+HEADINGS = np.pi / 12 * np.array([0, 6, 12, 18, *(i for i in range(24) if i % 6)])  # the room's own directions first
 EXTENSIONS = np.array([0, 2, 4, 6])  # numbers of FORWARD between which a lane is checked
 SIDES = np.array([0, 4, 8])  # numbers of LEFT at which lanes are driven
 STEP = 0.02  # between places along and across the lanes that are tried [m]
-GAP = 0.004  # the nozzle keeps from furniture and walls [m]
+GAP = 0.006  # the nozzle keeps from furniture and walls [m]
 MARGIN = 0.006  # all else keeps [m]
 OVERLAP = 0.001  # what is nearer than this [m] to the nozzle's rim is not counted on
 TOUCH = 1e-5  # [m]
 BIN = 0.01  # for counting cells under a lane [m]
-LEAST = 2  # new cells for which a lane is still worth it
+LEAST = 1  # new cells for which a lane is still worth it
 WORTH = 8  # ... for which a way to it is looked for hard
 OVERHEAD = 0.5  # length [m] that costs as much time as getting to another lane
 
