@@ -42,8 +42,10 @@ def finite_number(
     bounds += f" and <= {high:g}" if np.isfinite(high) else ""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         raise InvalidType(argument, value, bounds)
-    if isinstance(value, int) and abs(value) > 2**1000:
-        raise InvalidValue(argument, "a whole number beyond every float", bounds)
+    if isinstance(value, int):
+        if abs(value) > 2**1000:
+            raise InvalidValue(argument, "a whole number beyond every float", bounds)
+        value = float(value) if abs(value) > 2**53 else value  # numpy takes no larger ones than 2**64
     if not np.isfinite(value) or value < low or value > high or (above and value == low):
         raise InvalidValue(argument, value, bounds)
     return float(value)
@@ -74,7 +76,12 @@ def one_of(argument: str, value: Any, choices: Iterable[str]) -> str:
 def finite_array(argument: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
     """Return `value` as a float array of `shape` (-1 stands for any length) with finite entries, or raise."""
     try:
-        array = np.asarray(value, dtype=float)
+        array = np.asarray(value)
+        if array.dtype.kind in "bcSUmM":  # truths, complex numbers, text and times would pass as numbers
+            raise TypeError
+        array = array.astype(float, copy=False)
+    except OverflowError:
+        raise InvalidValue(argument, "a whole number beyond every float", "finite numbers") from None
     except (TypeError, ValueError):
         raise InvalidType(argument, value, f"numbers of shape {shape}") from None
     fits = array.ndim == len(shape) and all(s in (-1, n) for s, n in zip(shape, array.shape, strict=True))

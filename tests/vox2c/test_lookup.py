@@ -68,9 +68,16 @@ def test_tables_are_kept_and_cannot_be_confused():
 
 @pytest.mark.parametrize(
     ("argument", "value"),
-    [("inset", -0.01), ("inset", 0.04), ("inset", np.nan), ("inset", "wide"), ("resolution_deg", 7),
+    [("inset", -0.01), ("inset", 0.04), ("inset", np.nan), ("inset", "wide"), ("inset", []), ("inset", 10**30),
+     ("resolution_deg", 7), ("resolution_deg", {}), ("resolution_deg", 10**30),
      ("resolution_deg", np.nan), ("voxels", np.zeros((32, 32, 31))), ("voxels", np.full((32,) * 3, 0.5))],
 )  # fmt: skip
 def test_odd_arguments_are_named(argument, value):
     with pytest.raises((InvalidValue, InvalidType), match=f"^{argument} = "):
         lookup.lookup_cspace(**{"voxels": np.zeros((32,) * 3, bool), "resolution_deg": 10, argument: value})
+
+
+@pytest.mark.parametrize("size", [0, -1, 257, True, 2.5, "32", None, [32]])
+def test_an_odd_size_is_named(size):
+    with pytest.raises((InvalidValue, InvalidType), match="^size = "):
+        lookup.table(10, size)

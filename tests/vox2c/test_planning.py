@@ -292,7 +292,10 @@ def test_the_threshold_decides_what_is_blocked():
 @pytest.mark.parametrize(
     ("argument", "value"),
     [("scene", None), ("scene", np.zeros((15, 6))), ("start", (0.0, np.nan)), ("goal", (np.inf, 0.0)),
-     ("start", (0.0,)), ("goal", "up"), ("method", "magic"), ("method", None), ("seed", -1), ("seed", 1.5),
+     ("start", (0.0,)), ("goal", "up"),
+     ("start", (10**400, 0)), ("start", ("0", "1")), ("goal", (True, False)),
+     ("goal", (1j, 0.0)), ("goal", None),
+     ("method", "magic"), ("method", None), ("seed", -1), ("seed", 1.5),
      ("verify_against", "hope"), ("planner", "A*"), ("planner", None), ("iterations", 0), ("resolution_deg", 7),
      ("voxels", np.zeros((3, 4, 5))), ("voxels", np.full((32, 32, 32), np.nan)), ("predictor", 7),
      ("threshold", 2.0), ("source", "lidar"), ("size", 0)],
@@ -303,6 +306,17 @@ def test_odd_arguments_are_named(argument, value):
         options |= {"method": "predicted", "predictor": FREE}
     with pytest.raises((InvalidValue, InvalidType), match=f"^{argument} = "):
         planning.plan(**{**options, argument: value})
+
+
+@pytest.mark.parametrize("method", ["exact_map", "exact", "octree"])
+@pytest.mark.parametrize(
+    ("argument", "value"),
+    [("threshold", "high"), ("threshold", np.nan), ("source", "lidar"), ("size", 0), ("size", "big"),
+     ("resolution_deg", 7), ("resolution_deg", [])],
+)  # fmt: skip
+def test_odd_options_are_named_where_they_are_of_no_use_too(method, argument, value):
+    with pytest.raises((InvalidValue, InvalidType), match=f"^{argument} = "):
+        planning.plan(random_scene(1), (0.0, 0.0), (1.0, 1.0), seed=1, method=method, **{argument: value})
 
 
 def test_a_prediction_of_the_wrong_shape_is_named():
