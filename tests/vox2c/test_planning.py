@@ -102,6 +102,25 @@ def test_when_all_seems_blocked_the_whole_path_is_planned_anew():
     assert found.repairs == -1 and len(found.searched) == 0
 
 
+def test_a_searched_path_whose_ends_collide_is_planned_anew_as_a_whole():
+    problem = problems(1)[0]
+    solid = motions.boxes(problem.scene)
+    states = np.random.default_rng(1).uniform(-np.pi, np.pi, (500, 2))
+    bad = states[solid.collides(states)][0]
+    for searched in ([bad, problem.goal], [problem.start, bad], [bad, bad]):
+        path, pieces = planning.repair(solid, motions.continuous(searched), problem.start, problem.goal, 1)
+        assert pieces == -1 and solid.free(path)
+        assert motions.distance(path[0], problem.start) < 1e-9 and motions.distance(path[-1], problem.goal) < 1e-9
+
+
+def test_a_repair_that_collides_is_not_returned(monkeypatch):
+    problem = problems(1)[0]
+    monkeypatch.setattr(planning, "connect", lambda solid, a, b, seed, piece: motions.continuous([a, b]))
+    for predictor in (FREE, BLOCKED):  # pieces of the path, and all of it
+        found = plan(problem, method="predicted", predictor=predictor, planner="wavefront")
+        assert not found.solved and not found.collision_free and found.path.shape == (0, 2)
+
+
 def test_a_path_that_needs_no_repair_is_the_one_that_was_searched():
     found = plan(problems(1)[0], method="exact")
     if found.repairs == 0:
@@ -246,6 +265,19 @@ def test_no_path_is_a_named_result():
     scene = BoxScene(wall)
     found = planning.plan(scene, (0.0, 0.0), (np.pi, 0.0), seed=1, method="exact_map", iterations=500)
     assert not found.solved and "no path found" in found.reason and found.path.shape == (0, 2)
+
+
+@pytest.mark.parametrize("against", methods.AGAINST)
+@pytest.mark.parametrize("method", WITHOUT_WEIGHTS)
+def test_with_nothing_in_the_way_the_path_is_straight_and_with_all_blocked_there_is_none(method, against):
+    options = {"seed": 1, "method": method, "verify_against": against, "source": "raster"}
+    found = planning.plan(BoxScene(np.empty((0, 6))), (0.0, 0.0), (0.2, -0.1), **options)
+    assert found.solved and found.repairs == 0
+    np.testing.assert_allclose(found.path, [[0.0, 0.0], [0.2, -0.1]], atol=1e-12)
+    everything = BoxScene([[0.0, 0.05, 0.975, 0.3, 0.3, 0.3]])  # around joint 1
+    found = planning.plan(everything, (0.0, 0.0), (0.2, -0.1), **options)
+    assert not found.solved and found.reason == f"start in collision with the {against}" and found.path.shape == (0, 2)
+    assert labels.exact_cspace(everything, 5).all()
 
 
 def test_a_tree_in_doubt_asks_whether_there_is_a_path_at_all():
