@@ -47,7 +47,7 @@ def check(problem, found) -> None:
     assert found.path.ndim == 2 and found.path.shape[1] == 2 and len(found.path) >= 2
     assert motions.distance(found.path[0], problem.start) < 1e-9
     assert motions.distance(found.path[-1], problem.goal) < 1e-9
-    assert np.abs(np.diff(found.path, axis=0)).max() <= np.pi
+    assert np.abs(np.diff(found.path, axis=0)).max() <= np.pi and np.diff(found.path, axis=0).any(axis=1).all()
     if found.verify_against == "boxes":
         assert experiments.coal_hits(problem.scene, found.path) == 0
     else:
@@ -278,6 +278,25 @@ def test_with_nothing_in_the_way_the_path_is_straight_and_with_all_blocked_there
     found = planning.plan(everything, (0.0, 0.0), (0.2, -0.1), **options)
     assert not found.solved and found.reason == f"start in collision with the {against}" and found.path.shape == (0, 2)
     assert labels.exact_cspace(everything, 5).all()
+
+
+def test_the_straight_way_is_a_branch_long_and_beyond_that_the_planner_goes():
+    empty = BoxScene(np.empty((0, 6)))
+    near, far = (
+        planning.plan(empty, (0.0, 0.0), (turn, 0.0), seed=1).path for turn in (0.9 * planning_ompl.RANGE, 2.5)
+    )
+    assert len(near) == 2 < len(far)
+
+
+def test_a_wavefront_goes_through_gaps_of_one_cell_where_no_wider_way_is():
+    cspace = np.zeros((36, 36), dtype=bool)
+    cspace[[9, 27]] = True
+    cspace[9, 20] = False  # the only way from one half to the other
+    prepared = methods.with_map(methods.prepare(random_scene(1)), cspace)
+    start, goal = np.radians([-170.0, 0.0]), np.radians([0.0, 0.0])
+    assert not len(fields.path(prepared.wide, start, goal))
+    path = planning.search(prepared, start, goal, "wavefront", 1)
+    assert motions.distance(path[0], start) < 1e-9 and motions.distance(path[-1], goal) < 1e-9
 
 
 def test_a_tree_in_doubt_asks_whether_there_is_a_path_at_all():
