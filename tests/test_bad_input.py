@@ -150,3 +150,18 @@ def test_a_paper_states_finite_numbers(tmp_path, value):
     path.write_text(",".join(report.COLUMNS) + f"\n1,section 4,w,{value},m,,reason\n")
     with pytest.raises(BrokenFile, match="row 2"):
         report.paper_values(1, path)
+
+
+@pytest.mark.parametrize(
+    "value", [["1", "2"], [True, False], [1j, 2.0], [10**400, 1], [None, 1.0], [b"1", b"2"], [[1], [2, 3]]]
+)
+def test_an_array_of_numbers_holds_numbers(value):
+    with refused("x"):
+        finite_array("x", value, (2,))
+
+
+def test_large_whole_numbers_are_numbers():
+    assert finite_number("x", 10**30) == 1e30
+    assert finite_array("x", [10**30, -(2**70)], (2,)).tolist() == [1e30, -(2.0**70)]
+    with refused("x"):
+        finite_number("x", 10**30, 0.0, 1.0)

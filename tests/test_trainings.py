@@ -73,3 +73,13 @@ def test_the_papers_network_from_the_command_line_and_on_from_there(tmp_path, ca
 def test_bad_options_are_named(argv, named):
     with pytest.raises(InvalidValue, match=named):
         trainings.main(argv)
+
+
+@pytest.mark.parametrize(
+    "option", [("--minutes", "nan"), ("--minutes", "0"), ("--minutes", "-1"), ("--width", "1e9"), ("--width", "nan")]
+)
+def test_odd_options_are_refused_before_any_data_is_made(monkeypatch, tmp_path, option):
+    monkeypatch.setenv("TUTORIALBOT_RESULTS", str(tmp_path))
+    with pytest.raises(InvalidValue, match=f"^(--)?{option[0][2:]} = "):
+        trainings.main(["vox2c", *option])
+    assert not list(tmp_path.rglob("*.bits"))

@@ -10,6 +10,7 @@ from tutorialbot import plots_cspace
 from tutorialbot.bo.objective import DoorTask
 from tutorialbot.bo.search import DoorRun, open_door
 from tutorialbot.cleaning import CleaningRun, plan
+from tutorialbot.errors import InvalidValue, finite_array
 from tutorialbot.paths import DATA
 from tutorialbot.scene.door import Door
 from tutorialbot.scene.room import ROOMS
@@ -57,7 +58,13 @@ def cleaning(run: CleaningRun, width: int = 960, height: int = 540) -> Image.Ima
 
 
 def cspace(scene: BoxScene, path: np.ndarray, width: int = 960, height: int = 540) -> Image.Image:
-    """Return an arm of paper 3 among its boxes and its C-space side by side, with one path (k, 2) [rad] in both."""
+    """Return an arm of paper 3 among its boxes and its C-space side by side, with one path (k, 2) [rad] in both.
+
+    Raises InvalidType or InvalidValue when there is no path.
+    """
+    path = finite_array("path", path, (-1, 2))
+    if not len(path):
+        raise InvalidValue("path", path, "at least one configuration: an unsolved plan has none")
     camera, target = ARM_VIEW
     stage, model = Scene(camera=camera, target=target), scene.model()
     fine, _ = motions.densify(path, 0.01)

@@ -50,7 +50,13 @@ def _image(ax: Axes, values: np.ndarray, title: str, **options) -> Axes:
 
 
 def plot_path(ax: Axes, path: np.ndarray, *, colour: str = COLOURS["ours"], label: str = "") -> Axes:
-    """Draw a path (k, 2) [rad] over a C-space; where it crosses the border it goes on at the other side."""
+    """Draw a path (k, 2) [rad] over a C-space; where it crosses the border it goes on at the other side.
+
+    A path without points, as an unsolved plan has it, draws nothing.
+    """
+    ax.set(xlim=(-180, 180), ylim=(-180, 180))
+    if not len(path):
+        return ax
     whole = np.rad2deg(np.unwrap(np.asarray(path, dtype=float), axis=0))
     steps = [np.linspace(a, b, 1 + int(np.abs(b - a).max())) for a, b in zip(whole[:-1], whole[1:], strict=True)]
     fine = (np.concatenate([*steps, whole[-1:]]) + 180.0) % 360.0 - 180.0
@@ -59,7 +65,6 @@ def plot_path(ax: Axes, path: np.ndarray, *, colour: str = COLOURS["ours"], labe
         ax.plot(*part.T, color=colour, lw=2, label=label if label and k == 0 else None)
     ax.plot(*fine[0], "o", color=colour, ms=8, mec="black")
     ax.plot(*fine[-1], "*", color=colour, ms=14, mec="black")
-    ax.set(xlim=(-180, 180), ylim=(-180, 180))
     return ax
 
 
@@ -98,9 +103,9 @@ def plot_side(ax: Axes, scene: BoxScene, configurations: Sequence, *, alpha: Seq
 def plot_torus(ax, cspace: np.ndarray, *, path: np.ndarray | None = None, radii: tuple[float, float] = (2.0, 0.9)):
     """Draw a C-space (n, n) on 3-D axes as what it is, a torus: theta1 the long way round, theta2 the short one.
 
-    path (k, 2) [rad] is drawn a little above the surface. Coarse grids (5 or 10 degrees) draw fast.
+    path (k, 2) [rad] is drawn a little above the surface, from two points on. Coarse grids (5 or 10 degrees) draw fast.
     """
-    angle = np.linspace(-np.pi, np.pi, len(cspace) + 1)
+    angle = np.linspace(-np.pi, np.pi, len(cspace) + 1) - np.pi / len(cspace)  # cell k is around -180 + k * resolution
 
     def surface(theta1, theta2, small):
         ring = radii[0] + small * np.cos(theta2)
@@ -111,7 +116,7 @@ def plot_torus(ax, cspace: np.ndarray, *, path: np.ndarray | None = None, radii:
     shade *= (0.85 + 0.15 * np.sin(angle[:-1]))[:, None]  # lit from above
     ax.plot_surface(*surface(*np.meshgrid(angle, angle, indexing="ij"), radii[1]), facecolors=shade, rstride=1,
                     cstride=1, linewidth=0, antialiased=False, shade=False)  # fmt: skip
-    if path is not None:
+    if path is not None and len(path) > 1:
         whole = np.unwrap(np.asarray(path, dtype=float), axis=0)
         fine = np.concatenate([np.linspace(a, b, 20) for a, b in zip(whole[:-1], whole[1:], strict=True)])
         ax.plot(*surface(*fine.T, radii[1] + 0.05), color=COLOURS["bad"], lw=2.5, zorder=10)

@@ -15,6 +15,7 @@ def vox2c(options: argparse.Namespace, command: str) -> Path:
     """Train the paper's network on the data set, and store its best weights; returns their path."""
     from tutorialbot.vox2c import training
 
+    minutes = math.inf if options.minutes is None else positive("--minutes", options.minutes)
     settings = training.Settings(
         options.resolution,
         options.scenes,
@@ -28,7 +29,6 @@ def vox2c(options: argparse.Namespace, command: str) -> Path:
     training.use_threads(options.threads)
     folder = options.folder / settings.name
     pairs, validation = training.pairs(settings, jobs=options.threads)
-    minutes = math.inf if options.minutes is None else positive("--minutes", options.minutes)
     for done in training.train(pairs, validation, settings, folder, fresh=options.fresh, minutes=minutes):
         print(
             f"epoch {done.epoch:6.2f}  loss {done.loss:.4f}  validation: loss {done.validation_loss:.4f}, of it "

@@ -110,6 +110,11 @@ def joints_that_both_allow(resolution_deg, memory, check_us, patience):
     return min(solutions.affordable_joints(resolution_deg, memory, check_us, patience))
 
 
+@wrong("affordable_joints", "shape of the answer")
+def joints_written_out(resolution_deg, memory, check_us, patience):
+    return [str(k) for k in solutions.affordable_joints(resolution_deg, memory, check_us, patience)]
+
+
 # --- 2 turned_rectangles_meet -----------------------------------------------------------------------------------------
 def _meet(a, b, axes=(0, 1, 2, 3), sign=1.0, half=1.0, slack=1e-9, strict=False):
     """Separating axes with something left out or turned round; axes 0, 1 are those of a, 2, 3 those of b."""
@@ -543,6 +548,45 @@ def voxels_point_by_point(points, low, side, shape, least):
 def voxels_from_points_moved(points, low, side, shape, least):
     points -= low
     return _count(points, 0 * low, side, shape, least)
+
+
+@wrong("points_to_voxels", "outside")
+def voxels_numbered_in_sixteen_bits(points, low, side, shape, least):
+    points = points[np.isfinite(points).all(axis=1)]
+    cells = np.floor((points - low) / side).astype(np.int64).astype(np.int16)
+    cells = cells[((cells >= 0) & (cells < shape)).all(axis=1)]
+    counts = np.zeros(shape, dtype=int)
+    np.add.at(counts, tuple(cells.T), 1)
+    return counts >= least
+
+
+@wrong("points_to_voxels", "many points")
+def voxels_counted_in_eight_bits(points, low, side, shape, least):
+    cells = np.floor((points[np.isfinite(points).all(axis=1)] - low) / side)
+    cells = cells[((cells >= 0) & (cells < shape)).all(axis=1)].astype(int)
+    counts = np.zeros(shape, dtype=np.uint8)
+    np.add.at(counts, tuple(cells.T), 1)
+    return counts >= least
+
+
+@wrong("points_to_voxels", "many points")
+def voxels_counted_in_seven_bits(points, low, side, shape, least):
+    cells = np.floor((points[np.isfinite(points).all(axis=1)] - low) / side)
+    cells = cells[((cells >= 0) & (cells < shape)).all(axis=1)].astype(int)
+    counts = np.zeros(shape, dtype=np.int8)
+    np.add.at(counts, tuple(cells.T), 1)
+    return counts >= least
+
+
+@wrong("points_to_voxels", "borders")
+def voxels_moved_by_a_little_to_be_sure(points, low, side, shape, least):
+    return solutions.points_to_voxels(points + 1e-6, low, side, shape, least)
+
+
+@wrong("points_to_voxels", "borders")
+def voxels_in_single_precision(points, low, side, shape, least):
+    single = points.astype(np.float32), low.astype(np.float32), np.float32(side)
+    return solutions.points_to_voxels(*single, shape, least)
 
 
 # --- 5 loss_from_logits -----------------------------------------------------------------------------------------------

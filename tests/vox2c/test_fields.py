@@ -107,6 +107,28 @@ def test_the_potential_field_gets_there_where_nothing_is_in_the_way():
     assert np.degrees(np.abs(np.diff(path, axis=0)).sum()) == pytest.approx(5 * (20 + 17))
 
 
+def test_obstacles_push_within_their_influence_only():
+    cspace = np.zeros((72, 72), dtype=bool)
+    cspace[0, 0] = True
+    field = fields.potential(cspace, (0.0, 0.0), influence=0.5)
+    i, j = np.indices((72, 72))
+    pull = 0.5 * ((i - 36) ** 2 + (j - 36) ** 2) * np.radians(5) ** 2
+    away = fields.distance_to_obstacles(cspace)
+    far, near = away >= 0.5, (away > 0) & (away < 0.5)
+    np.testing.assert_allclose(field[far], pull[far], atol=1e-12)
+    push = 0.5 * fields.REPULSION * (1 / away[near] - 2) ** 2
+    np.testing.assert_allclose(field[near], pull[near] + push)
+    assert np.isinf(field[0, 0])
+
+
+def test_of_equal_neighbours_a_descent_leaves_neither():
+    field = np.zeros((6, 6))
+    field[3, 3] = 1.0
+    assert fields.descend(field, angles((1, 1), 6)).tolist() == [[1, 1]]
+    assert len(fields.descend(field, angles((3, 3), 6))) == 2
+    assert fields.hollows(field).sum() == 35
+
+
 def test_stalled_is_where_a_descent_ends_elsewhere():
     cspace = labels.exact_cspace(random_scene(SEEDS[0]), 10)
     goal = np.argwhere(~cspace)[7]

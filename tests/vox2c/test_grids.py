@@ -164,3 +164,16 @@ def test_odd_arguments_are_named(argument, value):
 def test_a_raster_has_no_points():
     with pytest.raises(InvalidValue, match="^source = "):
         grids.point_cloud(random_scene(1), source="raster")
+
+
+def test_points_outside_the_domain_are_in_no_voxel():
+    points = np.array([[x, y, z] for x, y, z in np.vstack([np.eye(3), -np.eye(3)]) * 1.2 + [0.0, 0.0, 1.15]])
+    assert not grids._of_points(points, 32).any()
+    assert grids._of_points(np.array([[-1.1499, -1.1499, 0.0001]]), 32)[0, 0, 0]
+
+
+@pytest.mark.parametrize("source", ["cameras", "raster"])
+@pytest.mark.parametrize("size", [257, 512])
+def test_a_grid_too_large_is_named(source, size):
+    with pytest.raises(InvalidValue, match="^size = .* at most 256"):
+        grids.voxelize(random_scene(1), source, size)

@@ -50,6 +50,19 @@ def test_a_cell_is_the_state_at_its_angles(resolution):
         np.testing.assert_array_equal(found[i, j], labels.collides(scene, np.column_stack([theta[i], theta[j]])))
 
 
+@pytest.mark.parametrize("resolution", [360, 180, 120, 90])
+def test_grids_of_a_few_cells_equal_single_states(resolution):
+    theta = labels.angles(resolution)
+    q = np.stack(np.meshgrid(theta, theta, indexing="ij"), axis=-1).reshape(-1, 2)
+    hits = 0
+    for seed in range(4_100_000, 4_100_060):
+        scene = random_scene(seed)
+        found = labels.exact_cspace(scene, resolution)
+        np.testing.assert_array_equal(found.ravel(), labels.collides(scene, q))
+        hits += found.sum()
+    assert hits > 0
+
+
 def test_whole_grids_equal_single_states():
     """Every cell, and boxes everywhere: near the elbow, at the tip's reach, around the axis."""
     theta = labels.angles(5)

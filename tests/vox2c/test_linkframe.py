@@ -168,7 +168,15 @@ def test_what_was_stored_predicts_the_same(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "values", [{"settings": {}}, {"settings": {"maps": 3}}, {"settings": None}, {"threshold": "x"}]
+    "values",
+    [
+        {"settings": {}},
+        {"settings": {"maps": 3}},
+        {"settings": None},
+        *({"settings": {"size": 64, name: None}} for name in ("below", "maps", "hidden", "along", "across")),
+        {"settings": {"below": math.nan}},
+        *({"threshold": threshold} for threshold in ("x", None, -1, 2.0, math.nan)),
+    ],
 )
 def test_a_record_that_does_not_fit_is_refused(tmp_path, values):
     store(tmp_path, DESIGNS[1], **values)

@@ -23,8 +23,10 @@ def test_without_inset_it_is_the_octree_bit_for_bit(size, resolution, scenes):
 def test_it_equals_brute_force_over_voxel_boxes():
     """Each occupied voxel as a box of its own: no slabs, no merging, no masks."""
     side = 2.3 / 32
-    for seed in range(4100, 4110):
-        voxels = grids.voxelize(random_scene(seed), "cameras")
+    some = np.zeros((32,) * 3, bool)
+    some[12:20, 17, 8:20:5] = True  # this layer enters link 2's slab by 3 mm only: with an inset it does not
+    for seed in range(4099, 4110):
+        voxels = some if seed == 4099 else grids.voxelize(random_scene(seed), "cameras")
         centres = np.array([-1.15, -1.15, 0.0]) + side * (np.argwhere(voxels) + 0.5)
         for inset in (0.0, 0.01, 0.025):
             sides = np.full_like(centres, side - 2 * inset)
@@ -68,9 +70,16 @@ def test_tables_are_kept_and_cannot_be_confused():
 
 @pytest.mark.parametrize(
     ("argument", "value"),
-    [("inset", -0.01), ("inset", 0.04), ("inset", np.nan), ("inset", "wide"), ("resolution_deg", 7),
+    [("inset", -0.01), ("inset", 0.04), ("inset", np.nan), ("inset", "wide"), ("inset", []), ("inset", 10**30),
+     ("resolution_deg", 7), ("resolution_deg", {}), ("resolution_deg", 10**30),
      ("resolution_deg", np.nan), ("voxels", np.zeros((32, 32, 31))), ("voxels", np.full((32,) * 3, 0.5))],
 )  # fmt: skip
 def test_odd_arguments_are_named(argument, value):
     with pytest.raises((InvalidValue, InvalidType), match=f"^{argument} = "):
         lookup.lookup_cspace(**{"voxels": np.zeros((32,) * 3, bool), "resolution_deg": 10, argument: value})
+
+
+@pytest.mark.parametrize("size", [0, -1, 257, True, 2.5, "32", None, [32]])
+def test_an_odd_size_is_named(size):
+    with pytest.raises((InvalidValue, InvalidType), match="^size = "):
+        lookup.table(10, size)

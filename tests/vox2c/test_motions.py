@@ -143,6 +143,8 @@ def test_a_motion_on_a_map_meets_what_lies_on_its_way():
     assert blocks(cspace, *a, *b, motions.SEARCH_STEP) and blocks(cspace, *b, *a, motions.SEARCH_STEP)
     assert not blocks(cspace, *a, *(a - 0.5), motions.SEARCH_STEP)
     assert blocks(cspace, np.pi, b[1], np.pi, b[1], motions.SEARCH_STEP)  # no motion at all
+    assert blocks(cspace, -np.pi, b[1], 0.5, 0.0, motions.SEARCH_STEP)  # either end counts
+    assert blocks(cspace, 0.5, 0.0, -np.pi, b[1], motions.SEARCH_STEP)
 
 
 def test_voxels_are_solid_as_the_octree_has_them():

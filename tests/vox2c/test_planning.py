@@ -47,7 +47,7 @@ def check(problem, found) -> None:
     assert found.path.ndim == 2 and found.path.shape[1] == 2 and len(found.path) >= 2
     assert motions.distance(found.path[0], problem.start) < 1e-9
     assert motions.distance(found.path[-1], problem.goal) < 1e-9
-    assert np.abs(np.diff(found.path, axis=0)).max() <= np.pi
+    assert np.abs(np.diff(found.path, axis=0)).max() <= np.pi and np.diff(found.path, axis=0).any(axis=1).all()
     if found.verify_against == "boxes":
         assert experiments.coal_hits(problem.scene, found.path) == 0
     else:
@@ -100,6 +100,25 @@ def test_when_all_seems_blocked_the_whole_path_is_planned_anew():
     found = plan(problems(1)[0], method="predicted", predictor=BLOCKED)
     check(problems(1)[0], found)
     assert found.repairs == -1 and len(found.searched) == 0
+
+
+def test_a_searched_path_whose_ends_collide_is_planned_anew_as_a_whole():
+    problem = problems(1)[0]
+    solid = motions.boxes(problem.scene)
+    states = np.random.default_rng(1).uniform(-np.pi, np.pi, (500, 2))
+    bad = states[solid.collides(states)][0]
+    for searched in ([bad, problem.goal], [problem.start, bad], [bad, bad]):
+        path, pieces = planning.repair(solid, motions.continuous(searched), problem.start, problem.goal, 1)
+        assert pieces == -1 and solid.free(path)
+        assert motions.distance(path[0], problem.start) < 1e-9 and motions.distance(path[-1], problem.goal) < 1e-9
+
+
+def test_a_repair_that_collides_is_not_returned(monkeypatch):
+    problem = problems(1)[0]
+    monkeypatch.setattr(planning, "connect", lambda solid, a, b, seed, piece: motions.continuous([a, b]))
+    for predictor in (FREE, BLOCKED):  # pieces of the path, and all of it
+        found = plan(problem, method="predicted", predictor=predictor, planner="wavefront")
+        assert not found.solved and not found.collision_free and found.path.shape == (0, 2)
 
 
 def test_a_path_that_needs_no_repair_is_the_one_that_was_searched():
@@ -248,6 +267,38 @@ def test_no_path_is_a_named_result():
     assert not found.solved and "no path found" in found.reason and found.path.shape == (0, 2)
 
 
+@pytest.mark.parametrize("against", methods.AGAINST)
+@pytest.mark.parametrize("method", WITHOUT_WEIGHTS)
+def test_with_nothing_in_the_way_the_path_is_straight_and_with_all_blocked_there_is_none(method, against):
+    options = {"seed": 1, "method": method, "verify_against": against, "source": "raster"}
+    found = planning.plan(BoxScene(np.empty((0, 6))), (0.0, 0.0), (0.2, -0.1), **options)
+    assert found.solved and found.repairs == 0
+    np.testing.assert_allclose(found.path, [[0.0, 0.0], [0.2, -0.1]], atol=1e-12)
+    everything = BoxScene([[0.0, 0.05, 0.975, 0.3, 0.3, 0.3]])  # around joint 1
+    found = planning.plan(everything, (0.0, 0.0), (0.2, -0.1), **options)
+    assert not found.solved and found.reason == f"start in collision with the {against}" and found.path.shape == (0, 2)
+    assert labels.exact_cspace(everything, 5).all()
+
+
+def test_the_straight_way_is_a_branch_long_and_beyond_that_the_planner_goes():
+    empty = BoxScene(np.empty((0, 6)))
+    near, far = (
+        planning.plan(empty, (0.0, 0.0), (turn, 0.0), seed=1).path for turn in (0.9 * planning_ompl.RANGE, 2.5)
+    )
+    assert len(near) == 2 < len(far)
+
+
+def test_a_wavefront_goes_through_gaps_of_one_cell_where_no_wider_way_is():
+    cspace = np.zeros((36, 36), dtype=bool)
+    cspace[[9, 27]] = True
+    cspace[9, 20] = False  # the only way from one half to the other
+    prepared = methods.with_map(methods.prepare(random_scene(1)), cspace)
+    start, goal = np.radians([-170.0, 0.0]), np.radians([0.0, 0.0])
+    assert not len(fields.path(prepared.wide, start, goal))
+    path = planning.search(prepared, start, goal, "wavefront", 1)
+    assert motions.distance(path[0], start) < 1e-9 and motions.distance(path[-1], goal) < 1e-9
+
+
 def test_a_tree_in_doubt_asks_whether_there_is_a_path_at_all():
     asked, wall = [], lambda a, b: abs(abs(a) - 1.5) < 0.2
     found = planning_ompl.tree(
@@ -292,7 +343,10 @@ def test_the_threshold_decides_what_is_blocked():
 @pytest.mark.parametrize(
     ("argument", "value"),
     [("scene", None), ("scene", np.zeros((15, 6))), ("start", (0.0, np.nan)), ("goal", (np.inf, 0.0)),
-     ("start", (0.0,)), ("goal", "up"), ("method", "magic"), ("method", None), ("seed", -1), ("seed", 1.5),
+     ("start", (0.0,)), ("goal", "up"),
+     ("start", (10**400, 0)), ("start", ("0", "1")), ("goal", (True, False)),
+     ("goal", (1j, 0.0)), ("goal", None),
+     ("method", "magic"), ("method", None), ("seed", -1), ("seed", 1.5),
      ("verify_against", "hope"), ("planner", "A*"), ("planner", None), ("iterations", 0), ("resolution_deg", 7),
      ("voxels", np.zeros((3, 4, 5))), ("voxels", np.full((32, 32, 32), np.nan)), ("predictor", 7),
      ("threshold", 2.0), ("source", "lidar"), ("size", 0)],
@@ -303,6 +357,17 @@ def test_odd_arguments_are_named(argument, value):
         options |= {"method": "predicted", "predictor": FREE}
     with pytest.raises((InvalidValue, InvalidType), match=f"^{argument} = "):
         planning.plan(**{**options, argument: value})
+
+
+@pytest.mark.parametrize("method", ["exact_map", "exact", "octree"])
+@pytest.mark.parametrize(
+    ("argument", "value"),
+    [("threshold", "high"), ("threshold", np.nan), ("source", "lidar"), ("size", 0), ("size", "big"),
+     ("resolution_deg", 7), ("resolution_deg", [])],
+)  # fmt: skip
+def test_odd_options_are_named_where_they_are_of_no_use_too(method, argument, value):
+    with pytest.raises((InvalidValue, InvalidType), match=f"^{argument} = "):
+        planning.plan(random_scene(1), (0.0, 0.0), (1.0, 1.0), seed=1, method=method, **{argument: value})
 
 
 def test_a_prediction_of_the_wrong_shape_is_named():

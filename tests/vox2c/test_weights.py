@@ -57,6 +57,14 @@ def test_numbers_that_are_not_finite_are_neither_written_nor_read(tmp_path, monk
         weights.load("one", tmp_path)
 
 
+@pytest.mark.parametrize("kind", [np.int64, bool, np.uint8])
+def test_numbers_of_another_kind_are_refused(tmp_path, monkeypatch, kind):
+    monkeypatch.setattr(weights, "serialize", lambda _: serialize({"a": np.ones(3, dtype=kind)}))
+    weights.save(TENSORS, record(), tmp_path)
+    with pytest.raises(BrokenFile, match="a holds .* expected floating-point numbers"):
+        weights.load("one", tmp_path)
+
+
 def test_an_unknown_name_lists_the_known_ones(tmp_path):
     weights.save(TENSORS, record(), tmp_path)
     with pytest.raises(InvalidValue, match="'one'"):

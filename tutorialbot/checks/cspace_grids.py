@@ -16,6 +16,7 @@ from tutorialbot.vox2c.arm import SLABS
 from tutorialbot.vox2c.scenes import BoxScene, random_scene
 
 SEED = 3
+HAIR = 1e-9  # of a voxel's side
 SLACK = 200  # steps of Python by which many may differ from few
 
 
@@ -163,12 +164,16 @@ def _judge_voxels(student: Student) -> None:
     trial("one point", reason, corner + side * np.array([4.5, 1.5, 2.5]))
     reason = "What lies outside is in no voxel: not in one at the border, nor in one at the other end."
     for axis in range(3):
-        for off in (-0.25, -1.5, shape[axis] + 0.25, 1e6, -1e6):
+        for off in (-0.25, -1.5, shape[axis] + 0.25, 1e6, -1e6, 2.0**8 + 2.5, 2.0**16 + 2.5, 2.0**32 + 2.5):
             trial("outside", reason, corner + side * np.where(np.arange(3) == axis, off, 2.5))
-    reason = "A point on a border belongs to the voxel above it; one on the grid's upper face is outside."
+    reason = (
+        "A point on a border belongs to the voxel above it; one on the grid's upper face is outside. A hair below the"
+        " border it is the voxel below."
+    )
     for axis in range(3):
         for border in (0, 1, 3, shape[axis]):
-            trial("borders", reason, corner + side * np.where(np.arange(3) == axis, border, 2.5))
+            for off in (0.0, -HAIR, HAIR):
+                trial("borders", reason, corner + side * np.where(np.arange(3) == axis, border + off, 2.5))
     reason = "A pixel that sees nothing has no depth: rows of NaN or infinity are no points."
     for bad in (np.nan, np.inf, -np.inf):
         for place in range(3):
@@ -180,6 +185,10 @@ def _judge_voxels(student: Student) -> None:
     some = np.repeat(corner + side * (np.array([[0, 0, 0], [1, 2, 3], [5, 3, 4]]) + 0.5), (1, 2, 3), axis=0)
     for least in (1, 2, 3, 4):
         trial("least", reason, some, least)
+    reason = "A wall in front of the camera puts hundreds of points into one voxel: they must still be counted."
+    many = np.repeat(corner + side * (np.array([[0, 0, 0], [1, 2, 3]]) + 0.5), (256, 130), axis=0)
+    for least in (1, 130, 256, 257):
+        trial("many points", reason, many, least)
     for _ in range(10):
         shape_ = tuple(int(n) for n in rng.integers(1, 9, 3))
         other = {"low": rng.uniform(-2.0, 2.0, 3), "side": float(rng.uniform(0.02, 0.3)), "shape": shape_}

@@ -146,10 +146,13 @@ def numbers(answer: Any, shape: tuple[int, ...], inputs: tuple, reason: str = ""
     """
     wanted = "one number" if shape == () else f"{' x '.join(map(str, shape))} numbers"
     try:
-        array = np.array(answer, dtype=float)
+        array = np.array(answer)
+        if array.dtype.kind in "SU":
+            raise TypeError("text")
+        array = array.astype(float)
     except Exception:  # whatever the answer is made of
         raise Wrong("shape of the answer", f"the answer is {show(answer)}, expected {wanted}{case(inputs)}") from None
-    if array.shape != shape or isinstance(answer, str):
+    if array.shape != shape:
         raise Wrong("shape of the answer", f"the answer has the shape {array.shape}, expected {wanted}{case(inputs)}")
     if not np.isfinite(array).all():
         raise Wrong("finite numbers", f"the answer is {show(array)}. {reason}".rstrip() + case(inputs))

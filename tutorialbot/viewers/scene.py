@@ -100,15 +100,16 @@ class Scene:
         self[name].set_object(mg.Mesh(tube, shapes.material(shapes.rgba(color), double_sided=True)))
 
     def add_voxels(self, occupied, side: float, origin, color: int = 0x4C78A8, name: str = "voxels") -> None:
-        """Draw the occupied cells of a grid (x, y, z) as cubes of `side` [m], its corner at `origin` (3,) [m]."""
-        occupied = np.asarray(occupied, dtype=bool)
-        if occupied.ndim != 3:
-            raise InvalidValue("occupied", f"array of shape {occupied.shape}", "a grid (x, y, z)")
-        origin, side = finite_array("origin", origin, (3,)), positive("side", side)
+        """Draw the occupied cells of a grid (x, y, z) of 0 and 1 as cubes of `side` [m], its corner at `origin` (3,)
+        [m].
+
+        Raises InvalidType or InvalidValue, and draws nothing, for anything else.
+        """
+        grid = shapes.binary_grid("occupied", occupied)
+        origin, side, colour = finite_array("origin", origin, (3,)), positive("side", side), shapes.rgba(color)
         self[name].delete()
-        if occupied.any():
-            mesh = mg.Mesh(shapes.voxels(occupied, side), shapes.material(shapes.rgba(color)))
-            self[name].set_object(mesh)
+        if grid.any():
+            self[name].set_object(mg.Mesh(shapes.voxels(grid, side), shapes.material(colour)))
             self[name].set_transform(pinocchio.SE3(np.eye(3), origin).homogeneous)
 
     def add_frame(self, pose, length: float = 0.1, name: str = "frame") -> None:

@@ -6,7 +6,7 @@ import meshcat.geometry as mg
 import mujoco
 import numpy as np
 
-from tutorialbot.errors import InvalidValue
+from tutorialbot.errors import InvalidType, InvalidValue
 
 Y_TO_Z = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])  # three.js has cylinders along y
 FLOOR_SIZE = 20.0  # edge of a plane that MuJoCo takes as infinite [m]
@@ -96,6 +96,21 @@ def cylinder(radius: float, half_length: float, top_radius: float | None = None)
     heights = np.array([-half_length, -half_length, -half_length, -ends, -ends, ends, ends, *[half_length] * 3])
     normals = np.array([low, low, low, side, side, side, side, high, high, high])
     return revolve(radii, heights, normals)
+
+
+def binary_grid(argument: str, value) -> np.ndarray:
+    """Return `value` as a bool grid (x, y, z); raise InvalidType or InvalidValue unless it holds 0 and 1 only."""
+    try:
+        grid = np.asarray(value)
+    except ValueError:
+        raise InvalidType(argument, value, "a grid (x, y, z) of 0 and 1") from None
+    if grid.dtype.kind not in "biuf":
+        raise InvalidType(argument, f"array of {grid.dtype}", "a grid (x, y, z) of 0 and 1")
+    if grid.ndim != 3:
+        raise InvalidValue(argument, f"array of shape {grid.shape}", "a grid (x, y, z)")
+    if not ((grid == 0) | (grid == 1)).all():
+        raise InvalidValue(argument, f"values from {grid.min()} to {grid.max()}", "0 and 1 only")
+    return grid.astype(bool)
 
 
 def voxels(occupied: np.ndarray, side: float) -> NormalMesh:

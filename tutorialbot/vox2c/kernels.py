@@ -66,7 +66,7 @@ def merged(filled):
 
 
 @compiled
-def _meets(x, z, half_x, half_z, s, c, bar):
+def meets(x, z, half_x, half_z, s, c, bar):
     """Say whether a bar of direction (s, c) from the origin meets a rectangle around (x, z)."""
     middle, length, width = bar[1], bar[2], bar[3]
     x -= middle * s
@@ -128,7 +128,7 @@ def cspace(second, third, tables, bar):
         first, last = _window(x, z, half_x, half_z, n, -math.pi, bar)
         for i in range(first, last + 1):
             k = i % n
-            if not blocked[k] and _meets(x, z, half_x, half_z, tables[0, k], tables[1, k], bar):
+            if not blocked[k] and meets(x, z, half_x, half_z, tables[0, k], tables[1, k], bar):
                 blocked[k] = True
                 found[k] = True
     for k in range(n):
@@ -142,7 +142,7 @@ def cspace(second, third, tables, bar):
             for i in range(first, last + 1):
                 j = i % n
                 m = j - k if j >= k else j - k + n
-                if not found[k, m] and _meets(x, z, half_x, half_z, tables[2, j], tables[3, j], bar):
+                if not found[k, m] and meets(x, z, half_x, half_z, tables[2, j], tables[3, j], bar):
                     found[k, m] = True
     return found
 
@@ -169,12 +169,12 @@ def collides(second, third, theta1, theta2, bar):
     """Say whether the configuration (theta1, theta2) [rad] collides with the rectangles of either slab."""
     s, c = math.sin(theta1), math.cos(theta1)
     for r in range(len(second)):
-        if _meets(second[r, 0], second[r, 1], second[r, 2], second[r, 3], s, c, bar):
+        if meets(second[r, 0], second[r, 1], second[r, 2], second[r, 3], s, c, bar):
             return True
     x, z = bar[0] * s, bar[0] * c
     s, c = math.sin(theta1 + theta2), math.cos(theta1 + theta2)
     for r in range(len(third)):  # noqa: SIM110 - compiled as it stands
-        if _meets(third[r, 0] - x, third[r, 1] - z, third[r, 2], third[r, 3], s, c, bar):
+        if meets(third[r, 0] - x, third[r, 1] - z, third[r, 2], third[r, 3], s, c, bar):
             return True
     return False
 

@@ -138,7 +138,7 @@ def slab_layers(size: int, slab: tuple[float, float], inset: float = 0.0) -> tup
     return (int(enter[0]), int(enter[-1]) + 1) if len(enter) else (0, 0)
 
 
-def _voxel_rectangles(voxels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def voxel_rectangles(voxels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What the bars of either slab can meet, in few pieces: within a slab only x and z matter."""
     x, _, z = JOINT_1
     side, found = (DOMAIN[1][0] - DOMAIN[0][0]) / len(voxels), []
@@ -157,17 +157,17 @@ def octree_cspace(voxels, resolution_deg: float) -> np.ndarray:
     coal's octree). Conventions and errors as of `exact_cspace`; a grid that is no binary cube is refused.
     """
     n = cells(resolution_deg)
-    return kernels.cspace(*_voxel_rectangles(check_voxels(voxels)), tables(n), BAR)
+    return kernels.cspace(*voxel_rectangles(check_voxels(voxels)), tables(n), BAR)
 
 
 def octree_collides(voxels, q) -> np.ndarray:
     """Return for each configuration of q (k, 2) [rad] whether the arm collides with an occupied voxel: bool (k,)."""
-    return kernels.collide(*_voxel_rectangles(check_voxels(voxels)), configurations(q), BAR)
+    return kernels.collide(*voxel_rectangles(check_voxels(voxels)), configurations(q), BAR)
 
 
 def octree_state_test(voxels) -> Callable[[float, float], bool]:
     """Return a function (theta1, theta2) [rad] -> bool, True on an occupied voxel; for planners, unchecked."""
-    return _state_test(*_voxel_rectangles(check_voxels(voxels)))
+    return _state_test(*voxel_rectangles(check_voxels(voxels)))
 
 
 # -- references in coal --------------------------------------------------------------------------------------------

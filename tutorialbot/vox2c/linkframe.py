@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tutorialbot.errors import BrokenFile, InvalidValue
+from tutorialbot.errors import BrokenFile, InvalidValue, finite_number
 from tutorialbot.runs import RunRecord
 from tutorialbot.vox2c import linkframe_kernels as kernels
 from tutorialbot.vox2c import weights
@@ -249,7 +249,8 @@ def load(name: str, folder: Path = weights.FOLDER) -> Predictor:
         raise InvalidValue("name", name, "the name of a link-frame predictor")
     try:
         design = design_of(stored.record.values["settings"])
-        float(stored.record.values["threshold"])
+        design.shapes()
+        finite_number("threshold", stored.record.values["threshold"], 0.0, 1.0)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise BrokenFile(f"weights {name!r}: its record describes no link-frame predictor: {error}") from None
     return Predictor(name, design, stored.tensors, stored.record)

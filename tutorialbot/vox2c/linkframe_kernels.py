@@ -9,8 +9,7 @@ import math
 
 import numpy as np
 
-from tutorialbot.vox2c.kernels import _meets as meets
-from tutorialbot.vox2c.kernels import compiled
+from tutorialbot.vox2c.kernels import compiled, meets
 
 TOUCH = 1e-9  # footprints are wider by this much [m]: rounding never frees a pose
 

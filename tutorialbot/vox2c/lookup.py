@@ -10,10 +10,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from tutorialbot.errors import InvalidValue, finite_number
+from tutorialbot.errors import InvalidValue, finite_number, whole_number
 from tutorialbot.vox2c import kernels
 from tutorialbot.vox2c.arm import BAR, DOMAIN, JOINT_1, SLABS
-from tutorialbot.vox2c.labels import cells, check_voxels, slab_layers, tables
+from tutorialbot.vox2c.labels import SIZES, cells, check_voxels, slab_layers, tables
 
 INSETS = {("raster", 32): 0.030, ("cameras", 32): 0.025, ("raster", 64): 0.0165, ("cameras", 64): 0.0105}
 # Source and size -> inset [m] of the best pooled IoU with exact labels, at 5 degrees, on the seeds 700000 to 701499.
@@ -38,15 +38,24 @@ class LookupTable:
         return bits.view(bool).reshape(self.n, self.n)
 
 
-@lru_cache(maxsize=8)
 def table(resolution_deg: float, size: int = 32, inset: float = 0.0) -> LookupTable:
     """Build the table for `size` voxels a side, each smaller by `inset` [m] on every face; kept for the next call.
 
-    Raises InvalidValue for a resolution that does not divide 360 degrees and an inset that leaves nothing.
+    Raises InvalidValue for a resolution that does not divide 360 degrees, a size that is not 1 to 256, and an inset
+    that leaves nothing; InvalidType for what is no number.
     """
-    n, side = cells(resolution_deg), (DOMAIN[1][0] - DOMAIN[0][0]) / size
-    if finite_number("inset", inset, 0.0) >= side / 2:
-        raise InvalidValue("inset", inset, f"less than half a voxel, {side / 2:g} m")
+    n = cells(resolution_deg)
+    if whole_number("size", size, SIZES[0]) > SIZES[1]:
+        raise InvalidValue("size", size, f"at most {SIZES[1]} voxels along a side")
+    half = (DOMAIN[1][0] - DOMAIN[0][0]) / size / 2
+    if finite_number("inset", inset, 0.0) >= half:
+        raise InvalidValue("inset", inset, f"less than half a voxel, {half:g} m")
+    return _table(n, int(size), float(inset))
+
+
+@lru_cache(maxsize=8)
+def _table(n: int, size: int, inset: float) -> LookupTable:
+    side = (DOMAIN[1][0] - DOMAIN[0][0]) / size
     nothing, angles, entries, masks = np.empty((0, 4)), tables(n), [], []
     words, half = -(-(n**2) // 64), side / 2 - inset
     middles = side * (np.arange(size) + 0.5)

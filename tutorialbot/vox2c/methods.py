@@ -67,6 +67,11 @@ def prepare(
     if not isinstance(scene, BoxScene):
         raise InvalidType("scene", scene, "a scenes.BoxScene")
     one_of("method", method, METHODS), one_of("verify_against", verify_against, AGAINST)
+    one_of("source", source, grids.SOURCES), grids.check_size(size)  # also where the method has no use for them
+    if threshold is not None:
+        finite_number("threshold", threshold, 0.0, 1.0)
+    if resolution_deg is not None:
+        labels.cells(resolution_deg)
     resolution = RESOLUTION.get(method) if resolution_deg is None else resolution_deg
     model = _predictor(predictor, source) if method == "predicted" else None
     began = time.process_time()

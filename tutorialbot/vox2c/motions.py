@@ -216,4 +216,4 @@ def boxes(scene: BoxScene) -> Solid:
 
 def voxels(grid: np.ndarray) -> Solid:
     """Return the occupied voxels of a grid (n, n, n) as what paths are verified against."""
-    return Solid("voxels", *labels._voxel_rectangles(labels.check_voxels(grid)))
+    return Solid("voxels", *labels.voxel_rectangles(labels.check_voxels(grid)))

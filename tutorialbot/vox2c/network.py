@@ -17,7 +17,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from tutorialbot.errors import BrokenFile, InvalidValue, positive
+from tutorialbot.errors import BrokenFile, InvalidValue, finite_number
 from tutorialbot.runs import RunRecord
 from tutorialbot.vox2c import linkframe, weights
 from tutorialbot.vox2c.labels import check_voxels
@@ -27,11 +27,12 @@ ENCODER = (64, 128, 256, 512)
 DECODER = (512, 256, 128, 64)
 STRIDES = {1: (5, 3, 3, 2), 5: (3, 3, 2), 10: (3, 3)}
 ALPHA, BETA = 1e-7, 1e-5
+WIDEST = 8.0  # times the paper's channels: beyond, no memory holds it
 
 
 def channels(width: float) -> tuple[list[int], list[int]]:
     """Return the channels of encoder and decoder, `width` times the paper's (at least 1 each)."""
-    width = positive("width", width)
+    width = finite_number("width", width, 0.0, WIDEST, above=True)
     return tuple([max(1, round(width * count)) for count in counts] for counts in (ENCODER, DECODER))
 
 

@@ -28,7 +28,7 @@ def _bar_table(rectangles, x, z, sines, cosines, bar):
     for r in range(len(rectangles)):
         for i in range(len(sines)):
             if not found[i]:
-                found[i] = kernels._meets(rectangles[r, 0] - x, rectangles[r, 1] - z, rectangles[r, 2],
+                found[i] = kernels.meets(rectangles[r, 0] - x, rectangles[r, 1] - z, rectangles[r, 2],
                                           rectangles[r, 3], sines[i], cosines[i], bar)  # fmt: skip
     return found
 

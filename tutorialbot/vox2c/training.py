@@ -46,8 +46,7 @@ class Settings:
         network.check_resolution(self.resolution_deg)
         for name in ("scenes", "epochs", "batch", "patience", "round_scenes"):
             whole_number(name, getattr(self, name), 1)
-        for name in ("width", "rate"):
-            positive(name, getattr(self, name))
+        network.channels(self.width), positive("rate", self.rate)
         one_of("source", self.source, ("cameras", "raster"))
         one_of("kind", self.kind, KINDS)
 

@@ -93,10 +93,13 @@ def load(name: str, folder: Path = FOLDER) -> Weights:
             f" ({record.values.get('bytes')} bytes)"
         )
     try:
-        tensors = {key: value.astype(np.float32) for key, value in parse(content).items()}
+        stored = parse(content)
+        tensors = {key: value.astype(np.float32) for key, value in stored.items()}
     except (SafetensorError, ValueError, KeyError) as error:
         raise BrokenFile(f"{path}: no safetensors file: {error}") from None
     for key, tensor in tensors.items():
+        if stored[key].dtype.kind != "f":
+            raise BrokenFile(f"{path}: {key} holds {stored[key].dtype}, expected floating-point numbers")
         if not np.isfinite(tensor).all():
             raise BrokenFile(f"{path}: {key} holds numbers that are not finite")
     return Weights(tensors, record)
