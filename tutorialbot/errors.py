@@ -44,7 +44,7 @@ def finite_number(
         raise InvalidType(argument, value, bounds)
     if isinstance(value, int) and abs(value) > 2**1000:
         raise InvalidValue(argument, "a whole number beyond every float", bounds)
-    if not np.isfinite(value) or value < low or value > high or (above and value == low):
+    if not np.isfinite(float(value)) or value < low or value > high or (above and value == low):
         raise InvalidValue(argument, value, bounds)
     return float(value)
 
