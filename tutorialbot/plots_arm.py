@@ -88,19 +88,6 @@ def plot_errors(ax: Axes, errors: np.ndarray, evaluations: np.ndarray | None = N
     return ax
 
 
-def plot_fitness(ax: Axes, curves: Mapping[str, Sequence[np.ndarray]], floor: float = 0.0) -> Axes:
-    """Draw the best fitness over the generations, `floor` (the optimum's) subtracted, logarithmic.
-
-    curves: label -> runs, each (g,); their median is thick.
-    """
-    for i, (label, runs) in enumerate(curves.items()):
-        over = np.maximum(np.asarray(runs, dtype=float) - floor, 1e-7)
-        ax.plot(over.T, color=f"C{i}", lw=0.5, alpha=0.4)
-        ax.plot(np.median(over, axis=0), color=f"C{i}", lw=2.2, label=label)
-    ax.set(yscale="log", xlabel="generation", ylabel="fitness above the optimum [-]")
-    return ax
-
-
 def plot_ridge(ax: Axes, population: np.ndarray, children: np.ndarray, better: np.ndarray, title: str) -> Axes:
     """Draw a population on its ridge, and where mutation takes it, in the plane that matters.
 

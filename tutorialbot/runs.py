@@ -9,6 +9,7 @@ import fcntl
 import json
 import os
 import platform
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields
 from datetime import UTC, datetime
@@ -165,6 +166,24 @@ class Journal:
         self.close()
 
 
+def write_then_rename(path: Path, write: Callable[[Path], object]) -> Path:
+    """Let `write` make a file that is then renamed, so `path`, which is returned, is never half a file.
+
+    Raises BrokenFile when it cannot be written.
+    """
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write(part)
+        os.replace(part, path)
+    except OSError as error:
+        raise BrokenFile(f"{path}: cannot be written: {error.strerror}") from None
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+    return path
+
+
 @dataclass(frozen=True)
 class RunRecord:
     """What a finished run found (`values`), and all that is needed to make it again.
@@ -186,19 +205,8 @@ class RunRecord:
 
         Raises BrokenFile when it cannot be written.
         """
-        path = Path(path)
         text = json.dumps(asdict(self), default=_plain, indent=1, ensure_ascii=False) + "\n"
-        part = path.with_name(f".{path.name}.{os.getpid()}.part")
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            part.write_text(text, encoding="utf-8")
-            os.replace(part, path)
-        except OSError as error:
-            raise BrokenFile(f"{path}: cannot be written: {error.strerror}") from None
-        finally:
-            with suppress(OSError):
-                part.unlink(missing_ok=True)
-        return path
+        return write_then_rename(Path(path), lambda part: part.write_text(text, encoding="utf-8"))
 
     @classmethod
     def load(cls, path: str | os.PathLike) -> "RunRecord":

@@ -77,11 +77,6 @@ def cast(scene: BoxScene, q: np.ndarray) -> np.ndarray:
     return np.concatenate(clouds)
 
 
-@lru_cache(maxsize=4)
-def _bare(boxes: int) -> mujoco.MjModel:
-    return BoxScene(np.tile([0.0, 0.0, 1.0, 0.1, 0.1, 0.1], (boxes, 1))).model(seen=False)
-
-
 def _boxes(model: mujoco.MjModel, count: int) -> slice:
     """Where the boxes' geoms stand, one after the other."""
     first = model.geom("box0").id if count else 0

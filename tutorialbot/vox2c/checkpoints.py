@@ -9,7 +9,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 
 from tutorialbot.errors import BrokenFile
-from tutorialbot.vox2c.weights import write_then_rename
+from tutorialbot.runs import write_then_rename
 
 
 def use_threads(count: int) -> None:
@@ -24,7 +24,10 @@ def save(path: Path, model: torch.nn.Module, optimizer: torch.optim.Optimizer, h
         tensors |= {f"optimizer.{i}.{key}": torch.as_tensor(value).cpu().contiguous() for key, value in moments.items()}
     rates = [group["lr"] for group in optimizer.param_groups]
     notes = {"header": json.dumps(header), "state": json.dumps(state), "rates": json.dumps(rates)}
-    write_then_rename(path, lambda part: save_file(tensors, part, notes))  # straight from memory: it may be 0.4 GB
+    try:
+        write_then_rename(path, lambda part: save_file(tensors, part, notes))  # straight from memory: it may be 0.4 GB
+    except SafetensorError as error:
+        raise BrokenFile(f"{path}: cannot be written: {error}") from None
 
 
 def restore(path: Path, model: torch.nn.Module, optimizer: torch.optim.Optimizer, header: dict) -> dict[str, Any]:

@@ -2,15 +2,14 @@
 
 import hashlib
 import json
-import os
 import zlib
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import psutil
 
 from tutorialbot.errors import BrokenFile
+from tutorialbot.runs import write_then_rename
 
 HEADER = 1000  # bytes at most
 
@@ -22,16 +21,7 @@ def write(path: Path, about: dict, rows: np.ndarray) -> None:
     """
     body = zlib.compress(np.ascontiguousarray(rows).data, 6)
     header = {**about, "shape": list(rows.shape), "sha256": hashlib.sha256(body).hexdigest()}
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(json.dumps(header).encode() + b"\n" + body)
-        os.replace(part, path)
-    except OSError as error:
-        raise BrokenFile(f"{path}: cannot be written: {error.strerror}") from None
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
+    write_then_rename(path, lambda part: part.write_bytes(json.dumps(header).encode() + b"\n" + body))
 
 
 def read(path: Path, about: dict, width: int) -> np.ndarray:

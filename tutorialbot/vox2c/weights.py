@@ -1,9 +1,6 @@
 """Weights on disk: numbers only (safetensors, never pickle), each file with a JSON record that holds its checksum."""
 
 import hashlib
-import os
-from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
@@ -15,7 +12,7 @@ from safetensors.numpy import save as serialize
 
 from tutorialbot.errors import BrokenFile, InvalidType, InvalidValue, one_of
 from tutorialbot.paths import DATA
-from tutorialbot.runs import RunRecord, versions
+from tutorialbot.runs import RunRecord, versions, write_then_rename
 
 FOLDER = DATA / "weights"
 PACKAGES = ("torch", "numba", "safetensors")
@@ -37,20 +34,6 @@ def names(folder: Path = FOLDER) -> list[str]:
 def training_versions() -> dict[str, str]:
     """Return `runs.versions()` with the packages that training depends on."""
     return versions() | {package: metadata.version(package) for package in PACKAGES}
-
-
-def write_then_rename(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` make a file that is then renamed, so `path` is never half a file; raises BrokenFile if it fails."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write(part)
-        os.replace(part, path)
-    except (OSError, SafetensorError) as error:
-        raise BrokenFile(f"{path}: cannot be written: {getattr(error, 'strerror', error)}") from None
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
 
 
 def save(tensors: dict[str, np.ndarray], record: RunRecord, folder: Path = FOLDER, *, half: bool = True) -> Path:
