@@ -8,6 +8,30 @@ settings.register_profile("steady", deadline=None, derandomize=True, database=No
 settings.load_profile("steady")
 
 
+@pytest.fixture
+def figure():
+    """An empty figure that needs no screen; drawn at the end, so that what cannot be drawn fails."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure = plt.figure()
+    yield figure
+    figure.canvas.draw()
+    plt.close(figure)
+
+
+@pytest.fixture
+def ax(figure):
+    return figure.add_subplot()
+
+
+@pytest.fixture
+def space(figure):
+    return figure.add_subplot(projection="3d")
+
+
 def pytest_addoption(parser):
     parser.addoption("--full", action="store_true", help="run the tests marked `full` too (browsers, kills, long runs)")
 

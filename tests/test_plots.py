@@ -14,22 +14,6 @@ from tutorialbot import plots, plots_door, robots
 from tutorialbot.scene.door import Door
 
 
-@pytest.fixture
-def ax():
-    figure, ax = plt.subplots()
-    yield ax
-    figure.canvas.draw()
-    plt.close(figure)
-
-
-@pytest.fixture
-def space():
-    figure = plt.figure()
-    yield figure.add_subplot(projection="3d")
-    figure.canvas.draw()
-    plt.close(figure)
-
-
 def labels(ax) -> tuple[str, str]:
     return ax.get_xlabel(), ax.get_ylabel()
 

@@ -3,7 +3,6 @@
 import matplotlib
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgba
@@ -12,22 +11,6 @@ from tutorialbot import pictures, plots_cspace
 from tutorialbot.errors import InvalidType, InvalidValue
 from tutorialbot.vox2c.arm import forward_kinematics
 from tutorialbot.vox2c.scenes import BoxScene, random_scene
-
-
-@pytest.fixture
-def ax():
-    figure, ax = plt.subplots()
-    yield ax
-    figure.canvas.draw()
-    plt.close(figure)
-
-
-@pytest.fixture
-def ax3():
-    figure = plt.figure()
-    yield figure.add_subplot(projection="3d")
-    figure.canvas.draw()
-    plt.close(figure)
 
 
 def colour_at(ax, theta1: float, theta2: float) -> str:
@@ -114,11 +97,11 @@ def test_the_side_view_tells_the_slabs_apart_and_shows_the_arm(ax):
         assert np.linalg.norm(bar[:2].mean(axis=0) - joint) == pytest.approx(0.025)
 
 
-def test_the_torus_shows_each_cell_around_its_angles_and_the_path_on_it(ax3, monkeypatch):
+def test_the_torus_shows_each_cell_around_its_angles_and_the_path_on_it(space, monkeypatch):
     cspace, drawn = np.zeros((8, 8), dtype=bool), {}
     cspace[4, 6] = True  # theta1 = 0, theta2 = 90 degrees: toward +x, on top of the ring
-    monkeypatch.setattr(ax3, "plot_surface", lambda *xyz, facecolors, **_: drawn.update(xyz=xyz, colours=facecolors))
-    plots_cspace.plot_torus(ax3, cspace, path=np.array([[0.0, np.pi / 2], [0.5, np.pi / 2]]), radii=(2.0, 0.9))
+    monkeypatch.setattr(space, "plot_surface", lambda *xyz, facecolors, **_: drawn.update(xyz=xyz, colours=facecolors))
+    plots_cspace.plot_torus(space, cspace, path=np.array([[0.0, np.pi / 2], [0.5, np.pi / 2]]), radii=(2.0, 0.9))
     surface = np.stack(drawn["xyz"], axis=-1)
     middles = (surface[:-1, :-1] + surface[1:, :-1] + surface[:-1, 1:] + surface[1:, 1:]) / 4
     assert middles.shape == drawn["colours"].shape == (8, 8, 3)
@@ -126,14 +109,14 @@ def test_the_torus_shows_each_cell_around_its_angles_and_the_path_on_it(ax3, mon
     assert dark == (4, 6)
     x, y, z = middles[dark]
     assert 1.5 < x < 2.0 and y == pytest.approx(0.0) and 0.7 < z < 0.9
-    line = np.array(ax3.lines[0].get_data_3d()).T
+    line = np.array(space.lines[0].get_data_3d()).T
     np.testing.assert_allclose(line[[0, -1]], [[2, 0, 0.95], [2 * np.cos(0.5), 2 * np.sin(0.5), 0.95]], atol=1e-12)
 
 
 @pytest.mark.parametrize("path", [None, np.empty((0, 2)), np.zeros((1, 2))])
-def test_a_torus_without_a_way(ax3, path):
-    plots_cspace.plot_torus(ax3, np.zeros((4, 4)), path=path)
-    assert len(ax3.lines) == 0
+def test_a_torus_without_a_way(space, path):
+    plots_cspace.plot_torus(space, np.zeros((4, 4)), path=path)
+    assert len(space.lines) == 0
 
 
 def test_a_network_has_a_box_a_layer_in_its_size(ax):
