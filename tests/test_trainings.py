@@ -20,7 +20,7 @@ def small(monkeypatch, tmp_path):
     monkeypatch.setattr(linkframe_training, "PRESETS", presets)
 
     def pairs(settings, jobs):
-        read = {"train": settings.scenes, "validation": 4}
+        read = {"train": settings.scenes, "validation": 4, "test": 4}
         return tuple(dataset.read(settings.recipe, split, count, DATA / "vox2c") for split, count in read.items())
 
     monkeypatch.setattr(training, "pairs", pairs)

@@ -25,10 +25,12 @@ def vox2c(options: argparse.Namespace, command: str) -> Path:
         kind=options.labels,
         seed=options.seed,
         batch=options.batch,
+        round_scenes=options.round,
+        mirror=options.mirror,
     )
     training.use_threads(options.threads)
     folder = options.folder / settings.name
-    pairs, validation = training.pairs(settings, jobs=options.threads)
+    pairs, validation, test = training.pairs(settings, jobs=options.threads)
     for done in training.train(pairs, validation, settings, folder, fresh=options.fresh, minutes=minutes):
         print(
             f"epoch {done.epoch:6.2f}  loss {done.loss:.4f}  validation: loss {done.validation_loss:.4f}, of it "
@@ -36,7 +38,7 @@ def vox2c(options: argparse.Namespace, command: str) -> Path:
             f"{done.seconds:.0f} s",
             flush=True,
         )
-    return training.finish(settings, folder, command, options.out)
+    return training.finish(settings, folder, command, test, options.out)
 
 
 def linkframe(options: argparse.Namespace, command: str) -> Path:
@@ -72,6 +74,8 @@ def make_parser() -> argparse.ArgumentParser:
     paper.add_argument("--width", type=float, default=1.0, help="channels, as a multiple of the paper's")
     paper.add_argument("--epochs", type=int, default=40)
     paper.add_argument("--batch", type=int, default=16)
+    paper.add_argument("--round", type=int, default=5000, help="scenes from one checkpoint to the next")
+    paper.add_argument("--mirror", action="store_true", help="show half of the scenes mirrored from left to right")
     paper.add_argument("--minutes", type=float, help="stop after so long; the same command goes on from there")
     paper.add_argument("--source", default="cameras", help="of the voxels: cameras or raster")
     paper.add_argument("--labels", default="exact", help="exact or octree")

@@ -5,8 +5,9 @@ import pytest
 import torch
 
 from tutorialbot.errors import BrokenFile, InvalidValue
+from tutorialbot.paths import DATA
 from tutorialbot.runs import RunRecord
-from tutorialbot.vox2c import linkframe, network, weights
+from tutorialbot.vox2c import dataset, linkframe, network, training, weights
 
 WIDTH = 1 / 32
 
@@ -146,3 +147,17 @@ def test_one_call_loads_either_kind():
     assert isinstance(one, linkframe.Predictor) and one.predict(np.zeros((32, 32, 32)), 10).shape == (36, 36)
     with pytest.raises(InvalidValue, match="'linkframe-raster'"):
         network.load("nothing")
+
+
+def test_the_committed_network_is_as_good_as_its_record_says():
+    """On the 250 test scenes of the small set, with their standard error; and both records tell the same story."""
+    one = network.load("paper-5deg-mirror")
+    pairs = dataset.read(dataset.Recipe(5, "cameras"), "test", 250, DATA / "vox2c")
+    entropy, found = training.judge(one.model, pairs, 50, torch.device("cpu"))
+    iou, told = found.iou(0.5), one.record.values["evaluation"][0]
+    assert abs(iou.pooled - told["pooled"]) < 3 * iou.pooled_error
+    assert entropy == pytest.approx(one.record.values["test"]["cross_entropy"], rel=0.2)
+    runs = RunRecord.load(DATA / "reference" / "vox2c_training.json").values["networks"]
+    same = next(run for run in runs if run["name"] == one.name)
+    assert same["sha256"] == one.record.values["sha256"] and same["curve"] == one.record.values["curve"]
+    assert {run["settings"]["resolution_deg"] for run in runs} == set(network.STRIDES)

@@ -9,7 +9,9 @@ import torch
 
 from tutorialbot.errors import BrokenFile, InvalidValue
 from tutorialbot.paths import DATA
-from tutorialbot.vox2c import dataset, network, training
+from tutorialbot.vox2c import dataset, labels, network, training
+from tutorialbot.vox2c.grids import voxelize
+from tutorialbot.vox2c.scenes import BoxScene, random_scene
 
 TINY = training.Settings(5, 24, 1 / 64, epochs=3, batch=4, round_scenes=8, rate=3e-3)
 
@@ -74,7 +76,7 @@ def test_a_checkpoint_that_is_damaged_or_anothers_is_refused(pairs, tmp_path, da
 
 def test_what_is_stored_is_the_best_round(pairs, tmp_path):
     rounds = list(training.train(*pairs, TINY, tmp_path))
-    path = training.finish(TINY, tmp_path, "the command", tmp_path / "out")
+    path = training.finish(TINY, tmp_path, "the command", pairs[1], tmp_path / "out")
     predictor = network.load(path.stem, tmp_path / "out")
     best = max(rounds, key=lambda one: one.iou)
     assert predictor.record.values["best"]["step"] == best.step
@@ -98,12 +100,28 @@ def test_pairs_that_are_not_what_the_settings_say_are_refused(pairs, tmp_path):
         next(training.train(*pairs, replace(TINY, kind="octree"), tmp_path))
 
 
+def test_a_mirrored_scene_has_the_mirrored_c_space():
+    for seed in range(4):
+        scene = random_scene(seed)
+        other = BoxScene(scene.boxes * [-1, 1, 1, 1, 1, 1])
+        grids_and_maps = [(voxelize(one, "raster"), labels.exact_cspace(one, 5)) for one in (scene, other)]
+        (voxels, truth), (expected_voxels, expected) = [map(torch.from_numpy, pair) for pair in grids_and_maps]
+        found = training.mirror(voxels[None, None], truth[None])
+        assert torch.equal(found[0][0, 0], expected_voxels) and torch.equal(found[1][0], expected)
+
+
+def test_mirrored_scenes_are_drawn_and_the_seed_decides(pairs, tmp_path):
+    settings = [replace(TINY, mirror=flag, seed=seed) for flag, seed in ((True, 1), (True, 1), (False, 1))]
+    found = [next(training.train(*pairs, one, tmp_path / str(i))).loss for i, one in enumerate(settings)]
+    assert found[0] == found[1] != found[2]
+
+
 def test_a_step_in_parts_is_the_same_step(pairs, tmp_path, monkeypatch):
     found = []
     for parts in (1, 3, 16):
         monkeypatch.setitem(training.AT_ONCE, 5, parts)
         run = training.Run(*pairs, TINY, tmp_path, torch.device("cpu"))
-        losses = [run.learn(step) for step in range(3)]
+        losses = [float(run.learn(step)) for step in range(3)]
         found.append((losses, run.model.decoder[0].weight.detach().clone()))
     for losses, weight in found[1:]:
         assert losses == pytest.approx(found[0][0], rel=1e-4)

@@ -44,13 +44,20 @@ def table(
             best = evaluation.ceiling(random_scene(seed), size, resolution_deg, samples, seed)
             counted[CEILING].append(evaluation.tally([(best, truth)]))
     found = {name: evaluation.joined(tallies) for name, tallies in counted.items()}
-    thresholds = {name: threshold for name, (_, threshold) in methods.items()}
+    tallies = {name: (found[name], threshold) for name, (_, threshold) in methods.items()}
     if with_ceiling:
-        thresholds[CEILING] = found[CEILING].best_threshold()
-    first = next(iter(methods))
-    rows = []
-    for name, one in found.items():
-        lead = evaluation.paired_difference(found[first], one, (thresholds[first], thresholds[name]))
+        tallies[CEILING] = (found[CEILING], found[CEILING].best_threshold())
+    return rows(tallies, source, size, kind, resolution_deg)
+
+
+def rows(
+    found: dict[str, tuple[evaluation.Tally, float]], source: str, size: int, kind: str, resolution_deg: float
+) -> list[dict]:
+    """Return one row for each method (tally, threshold), as `table` does."""
+    first = next(iter(found.values()))
+    table = []
+    for name, (one, threshold) in found.items():
+        lead = evaluation.paired_difference(first[0], one, (first[1], threshold))
         about = {"method": name, "source": source, "size": size, "labels": kind, "resolution_deg": resolution_deg}
-        rows.append(about | asdict(one.iou(thresholds[name])) | {"lead": lead[0], "lead_error": lead[1]})
-    return rows
+        table.append(about | asdict(one.iou(threshold)) | {"lead": lead[0], "lead_error": lead[1]})
+    return table

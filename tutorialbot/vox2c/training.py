@@ -15,13 +15,14 @@ from torch import Tensor
 from tutorialbot.errors import InvalidValue, one_of, positive, whole_number
 from tutorialbot.runs import RunRecord, progress
 from tutorialbot.seeding import make_rng
-from tutorialbot.vox2c import checkpoints, dataset, evaluation, network, weights
+from tutorialbot.vox2c import checkpoints, compare, dataset, evaluation, network, weights
 from tutorialbot.vox2c.checkpoints import use_threads  # noqa: F401 - for whoever trains
+from tutorialbot.vox2c.evaluation import Tally
 from tutorialbot.vox2c.labels import KINDS
 
 REGULAR = 10  # the regularizer is reckoned at every tenth step, tenfold: it changes slowly and costs a tenth
 AT_ONCE = {1: 4, 5: 16, 10: 32}  # scenes at once on the CPU, for less than 3 GB; the norms are each scene's own
-VALIDATION = 1000  # scenes of the validation split
+SPLITS = {"validation": 1000, "test": 4000}  # scenes of the splits that are only looked at
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,7 @@ class Settings:
     source: str = "cameras"
     kind: str = "exact"
     seed: int = 0
+    mirror: bool = False  # half of the scenes, drawn anew in each step, mirrored from left to right
 
     def __post_init__(self):
         network.check_resolution(self.resolution_deg)
@@ -61,13 +63,14 @@ class Settings:
         width = "" if self.width == 1.0 else f"-width{self.width:g}"
         kind = "" if self.kind == "exact" else f"-{self.kind}"
         source = "" if self.source == "cameras" else f"-{self.source}"
-        return f"paper-{self.resolution_deg}deg{width}{source}{kind}"
+        mirror = "-mirror" if self.mirror else ""
+        return f"paper-{self.resolution_deg}deg{width}{source}{kind}{mirror}"
 
 
-def pairs(settings: Settings, jobs: int = 2) -> tuple[dataset.Pairs, dataset.Pairs]:
-    """Return the pairs to train with and those for validation; makes those that are missing, in `jobs` processes."""
+def pairs(settings: Settings, jobs: int = 2) -> tuple[dataset.Pairs, dataset.Pairs, dataset.Pairs]:
+    """Return the pairs to train with, to validate and to test; makes those that are missing, in `jobs` processes."""
     found = []
-    for split, count in (("train", settings.scenes), ("validation", VALIDATION)):
+    for split, count in {"train": settings.scenes, **SPLITS}.items():
         dataset.make(settings.recipe, split, count, jobs=jobs)
         found.append(dataset.read(settings.recipe, split, count))
     return tuple(found)
@@ -77,6 +80,34 @@ def _tensors(pairs: dataset.Pairs, rows: np.ndarray, device: torch.device) -> tu
     """Return voxels (batch, 1, 32, 32, 32) and labels (batch, n, n) of these rows as float32."""
     voxels, truth = (torch.from_numpy(array).to(device).float() for array in pairs.batch(rows))
     return voxels[:, None], truth
+
+
+def mirror(voxels: Tensor, truth: Tensor) -> tuple[Tensor, Tensor]:
+    """Return voxels (batch, 1, 32, 32, 32) and labels (batch, n, n) of the scenes' mirror images in the plane x = 0.
+
+    The arm is its own mirror image with both angles negated, so cell k of an axis becomes cell -k, modulo n.
+    """
+    return voxels.flip(2), truth.flip(1, 2).roll((1, 1), (1, 2))
+
+
+@torch.inference_mode()
+def judge(model: network.Vox2CNet, pairs: dataset.Pairs, at_once: int, device: torch.device) -> tuple[float, Tally]:
+    """Return a network's mean cross entropy over `pairs` and its tally; `at_once` scenes go through it together."""
+    model.eval()
+    entropy, tallies, count = 0.0, [], len(pairs)
+    for rows in np.array_split(np.arange(count), math.ceil(count / at_once)):
+        voxels, truth = _tensors(pairs, rows, device)
+        with _autocast(device):
+            logits = model(voxels).float()
+        entropy += network.cross_entropy(logits, truth).item() * len(rows)
+        said = torch.sigmoid(logits).cpu().numpy(), truth.cpu().numpy() > 0.5
+        tallies.append(evaluation.tally(zip(*said, strict=True)))
+    return entropy / count, evaluation.joined(tallies)
+
+
+def _autocast(device: torch.device):
+    """Mixed precision where there is CUDA, else nothing."""
+    return torch.autocast("cuda", torch.bfloat16) if device.type == "cuda" else nullcontext()
 
 
 @dataclass(frozen=True)
@@ -130,48 +161,39 @@ class Run:
         """How many scenes of a step go through the network together: on the CPU few where the C-space is large."""
         return self.settings.batch if self.device.type == "cuda" else AT_ONCE[self.settings.resolution_deg]
 
-    def autocast(self):
-        """Mixed precision where there is CUDA, else nothing."""
-        return torch.autocast("cuda", torch.bfloat16) if self.device.type == "cuda" else nullcontext()
-
     def rows(self, step: int) -> np.ndarray:
         """Return which scenes step number `step` learns from: each epoch goes through all in an order of its own."""
         epoch, place = divmod(step, self.steps_an_epoch)
         order = make_rng(self.settings.seed, 7, epoch).permutation(len(self.pairs))
         return order[place * self.settings.batch : (place + 1) * self.settings.batch]
 
-    def learn(self, step: int) -> float:
-        """Do one step; returns its cross entropy."""
+    def learn(self, step: int) -> Tensor:
+        """Do one step; returns its cross entropy, left on the device: to fetch it would wait for the step to end."""
         settings, progressed = self.settings, step / self.steps
         for group in self.optimizer.param_groups:
             group["lr"] = settings.rate * 0.5 * (1.0 + math.cos(math.pi * progressed))
-        rows, total = self.rows(step), 0.0
+        rows, total = self.rows(step), torch.zeros((), device=self.device)
         self.model.train()
         self.optimizer.zero_grad()
         for part in np.array_split(rows, math.ceil(len(rows) / self.at_once)):
             voxels, truth = _tensors(self.pairs, part, self.device)
-            with self.autocast():
+            if settings.mirror:
+                chosen = torch.from_numpy(make_rng(settings.seed, 8, step, part[0]).random(len(part)) < 0.5)
+                voxels[chosen], truth[chosen] = mirror(voxels[chosen], truth[chosen])
+            with _autocast(self.device):
                 logits = self.model(voxels)
             share = network.cross_entropy(logits.float(), truth) * (len(part) / len(rows))
             share.backward()
-            total += share.item()
+            total += share.detach()
         if step % REGULAR == 0:
             (REGULAR * network.regularizer(self.model, settings.alpha, settings.beta)).backward()
         self.optimizer.step()
         return total
 
-    @torch.inference_mode()
     def validate(self) -> tuple[float, evaluation.Iou]:
         """Return cross entropy and IoU at 0.5 on the validation scenes."""
-        self.model.eval()
-        entropy, pairs, count = 0.0, [], len(self.validation)
-        for rows in np.array_split(np.arange(count), math.ceil(count / self.at_once)):
-            voxels, truth = _tensors(self.validation, rows, self.device)
-            with self.autocast():
-                logits = self.model(voxels).float()
-            entropy += network.cross_entropy(logits, truth).item() * len(rows)
-            pairs += zip(torch.sigmoid(logits).cpu().numpy(), truth.cpu().numpy() > 0.5, strict=True)
-        return entropy / count, evaluation.tally(pairs).iou(0.5)
+        entropy, found = judge(self.model, self.validation, self.at_once, self.device)
+        return entropy, found.iou(0.5)
 
     def regularizer(self) -> float:
         """Return the last two terms of equation (1) as they are now."""
@@ -234,20 +256,20 @@ def train(
         run.resume()
         yield from run.rounds
     start, before = time.monotonic(), run.rounds[-1].seconds if run.rounds else 0.0
-    length = max(1, min(settings.round_scenes // settings.batch, run.steps_an_epoch))
+    length = min(math.ceil(settings.round_scenes / settings.batch), run.steps_an_epoch)
     while not run.finished() and time.monotonic() - start < 60.0 * minutes:
         end = min(run.step + length, run.steps)
         losses = [run.learn(step) for step in progress(range(run.step, end), description=settings.name)]
         (entropy, iou), extra = run.validate(), run.regularizer()
         epoch, seconds = end / run.steps_an_epoch, before + time.monotonic() - start
-        loss = float(np.mean(losses)) + extra
+        loss = float(torch.stack(losses).mean()) + extra
         run.rounds.append(Round(end, epoch, loss, entropy + extra, entropy, iou.pooled, iou.scene_mean, seconds))
         run.save()
         yield run.rounds[-1]
 
 
-def finish(settings: Settings, folder: Path, command: str, to: Path = weights.FOLDER) -> Path:
-    """Store the best weights of a run as float16 with their record; returns the weights' path.
+def finish(settings: Settings, folder: Path, command: str, test: dataset.Pairs, to: Path = weights.FOLDER) -> Path:
+    """Judge the best weights of a run on `test`, store them as float16 with their record; returns the weights' path.
 
     Raises BrokenFile when the folder holds no whole run of these settings.
     """
@@ -255,11 +277,28 @@ def finish(settings: Settings, folder: Path, command: str, to: Path = weights.FO
     optimizer = torch.optim.Adam(model.parameters())
     rounds = [Round(**one) for one in _restore(settings, folder / "last.safetensors", model, optimizer)]
     best = Round(**_restore(settings, folder / "best.safetensors", model, optimizer)[-1])
+    model = model.half().float()  # as it is stored
     values = {"network": "paper", "settings": json.loads(json.dumps(asdict(settings))), "best": asdict(best)}
     values |= {"parameters": network.parameters(settings.resolution_deg, settings.width)}
-    values |= {"curve": [asdict(one) for one in rounds]}
+    values |= {"curve": [asdict(one) for one in rounds], **evaluation_of(model, settings, test)}
     record = RunRecord(
         settings.name, command, settings.seed, "paper", rounds[-1].seconds, values, weights.training_versions()
     )
     tensors = {key: tensor.cpu().numpy() for key, tensor in model.state_dict().items()}
     return weights.save(tensors, record, to)
+
+
+def evaluation_of(model: network.Vox2CNet, settings: Settings, test: dataset.Pairs) -> dict:
+    """Return loss, equation (1), and IoU at 0.5 on `test`, beside the lookup table's: rows as of `compare.table`."""
+    device = default_device()
+    model.to(device)
+    entropy, own = judge(model, test, AT_ONCE[settings.resolution_deg], device)
+    with torch.inference_mode():
+        loss = entropy + float(network.regularizer(model, settings.alpha, settings.beta))
+    predict, threshold = compare.lookup_table(settings.source, network.SIZE, settings.kind)
+    batches = (test.batch(slice(i, i + 1)) for i in range(len(test)))
+    seen = ((voxels[0], truth[0]) for voxels, truth in batches)
+    found = {settings.name: (own, 0.5), "lookup table": (evaluation.measure(predict, seen, settings.resolution_deg),
+                                                         threshold)}  # fmt: skip
+    rows = compare.rows(found, settings.source, network.SIZE, settings.kind, settings.resolution_deg)
+    return {"test": {"loss": loss, "cross_entropy": entropy, "scenes": len(test)}, "evaluation": rows}
