@@ -177,10 +177,10 @@ def _record(arm: SphericalArm, path: StretchPath, tip, rows: list, speed: float,
     ought = np.array([tip(place_in_time(path, speed * t)[0])[0] for t in times])
     deviation = np.array([_nearest(tip, path.length, at, place) for at, place in zip(s, places, strict=True)])
     moved = np.array([(arm.jacobian(one) @ rate)[:3] for one, rate in zip(q, qdot, strict=True)])
-    end = tip(0.0 if path.returns else path.length)[0]
+    apart = np.linalg.norm(places[-1] - tip(0.0 if path.returns else path.length)[0])
     return Followed(
         times, s, q, qdot, scale, places, deviation, np.linalg.norm(places - ought, axis=1),
-        _angles(moved, scale[:, None] * twists[:, :3], 0.1 * speed), outcome, bool(np.linalg.norm(places[-1] - end) < 1e-3),
+        _angles(moved, scale[:, None] * twists[:, :3], 0.1 * speed), outcome, bool(apart < 1e-3),
     )  # fmt: skip
 
 
