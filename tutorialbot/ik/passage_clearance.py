@@ -14,9 +14,8 @@ from tutorialbot.ik.singularity_consistent import SphericalArm
 from tutorialbot.scene.closing_door import ClosingDoor
 
 BASE_RADIUS, DECK = 0.25, 0.70  # of the base's disc; height of the arm's anchor on top of it [m]
-ARM_RADIUS, JAW_RADIUS, JAW_LENGTH = 0.04, 0.02, 0.06  # of arm and hand; of the jaws at the tip's end [m]
-PARTS = ("base", "upper", "fore", "hand", "jaws")
-RADII = np.array([ARM_RADIUS, ARM_RADIUS, ARM_RADIUS, JAW_RADIUS])  # of upper arm, forearm, hand, jaws
+ARM_RADIUS, JAW_LENGTH = 0.04, 0.05  # around the lines of the arm; of the jaws, up to the tip [m]
+PARTS = ("base", "upper", "fore", "palm", "jaws")
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ def base_alone(door: ClosingDoor, theta: np.ndarray, base: np.ndarray) -> tuple[
 
 
 def shadows(arm: SphericalArm, points: np.ndarray, base: np.ndarray) -> np.ndarray:
-    """Return the segments (n, 4, 2 ends, 2) [m] of upper arm, forearm, hand and jaws on the floor, in the world."""
+    """Return the segments (n, 4, 2 ends, 2) [m] of upper arm, forearm, palm and jaws on the floor, in the world."""
     _, shoulder, elbow, wrist, tip = np.moveaxis(points[..., :2], -2, 0)
     jaws = tip + (wrist - tip) * (JAW_LENGTH / arm.tip_offset)
     chain = np.stack([shoulder, elbow, wrist, jaws, tip], axis=1)
@@ -80,7 +79,7 @@ def _parts(centre: np.ndarray, segments: np.ndarray, box: np.ndarray) -> np.ndar
     """Distances (n, 5) of disc and segments from one box, low and high corner (2, 2)."""
     found = np.empty((len(centre), 5))
     found[:, 0] = _to_box(centre, box) - BASE_RADIUS
-    found[:, 1:] = segment_to_box(segments[:, :, 0], segments[:, :, 1], box) - RADII
+    found[:, 1:] = segment_to_box(segments[:, :, 0], segments[:, :, 1], box) - ARM_RADIUS
     return found
 
 

@@ -60,14 +60,11 @@ def swivel(arm: SphericalArm, q: np.ndarray) -> np.ndarray:
     Raises InvalidType or InvalidValue for another shape or what is no finite number.
     """
     q = float_array("q", q)
-    q = finite_array("q", q, (*(-1,) * (q.ndim - 1), 7))
-    points, frames = chain(arm, q)
-    line = points[..., 3, :] - points[..., 1, :]
-    flat = np.hypot(line[..., 0], line[..., 1]).clip(LEVEL)
-    across = np.stack([-line[..., 1], line[..., 0], np.zeros_like(flat)], axis=-1) / flat[..., None]
-    axis = frames[..., :, 1] * np.where(q[..., 3] < 0.0, -1.0, 1.0)[..., None]
-    unit = line / np.sqrt((line * line).sum(-1)).clip(LEVEL)[..., None]
-    return np.arctan2(-(axis * np.cross(across, unit)).sum(-1), (axis * across).sum(-1))
+    q1, q2, q3, q4, *_ = np.moveaxis(finite_array("q", q, (*(-1,) * (q.ndim - 1), 7)), -1, 0)
+    y, x, r = np.sin(q2) * np.sin(q3), arm.lower * np.sin(q4) * np.cos(q2), arm.upper + arm.lower * np.cos(q4)
+    x = (x + r * np.sin(q2) * np.cos(q3)) / np.hypot(arm.lower * np.sin(q4), r)
+    side = np.where(q4 < 0.0, -1.0, 1.0)
+    return np.arctan2(side * y, side * x)
 
 
 def chain(arm: SphericalArm, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
