@@ -22,16 +22,7 @@ import numpy as np
 import pinocchio as pin
 
 from tutorialbot.errors import InvalidValue, finite_array, finite_number, one_of, positive, whole_number
-from tutorialbot.ik.spherical_rates import (
-    damped,
-    least_rates,
-    shoulder_map,
-    triangle,
-    wrist_axes,
-    wrist_rates_a,
-    wrist_rates_b,
-    wrist_twist,
-)
+from tutorialbot.ik.spherical_rates import hand, joint_rates, triangle, wrist_axes, wrist_twist
 
 LIMITS = tuple(np.deg2rad((170.0, 125.0, 170.0, 150.0, 170.0, 125.0, 170.0)).tolist())  # to both sides [rad]
 AXES = "zyzyzyz"
@@ -147,30 +138,12 @@ class SphericalArm:
         if wrist not in WRISTS:
             one_of("wrist", wrist, WRISTS)
         s, c = [*map(math.sin, angles)], [*map(math.cos, angles)]
-        r, sa, ca, sb, cb = triangle(s[3], c[3], self.upper, self.lower)
-        hand = [self.tip_offset * h for h in (cb * c[4] * s[5] + sb * c[5], s[4] * s[5], cb * c[5] - sb * c[4] * s[5])]
-        (p_x, p_y, p_z), (w_x, w_y, w_z) = wrist_twist(wrist_axes(s, c, sa, ca), hand, twist)
-        a_x, a_y, a_z = shoulder_map(s, c, sa, ca)
-
-        b, b_over_sine = time_scale(angles[3], n, scaling)  # eq (2)
-
-        # eq (1): qdot_p = b (J_mod^+ (p_x, p_y) + n_z p_z) + b_sm n_sm, where J_mod = r (a_y, -a_x)
-        n_sm = _cross(a_x, a_y)
-        size = n_sm[0] ** 2 + n_sm[1] ** 2 + n_sm[2] ** 2
-        safe = damped(size)
-        q4_dot = -r / (self.upper * self.lower) * b_over_sine * p_z
-        q1_dot, q2_dot, q3_dot = least_rates(a_x, a_y, -b * p_y / r, (b * p_x - self.lower * cb * q4_dot) / r, safe)
-
-        # eq (3): (b_sm, qdot_w) = (A_W n_sm, A_w)^+ (b omega - omega_F)
-        f_x = b * w_x - (a_x[0] * q1_dot + a_x[1] * q2_dot + a_x[2] * q3_dot)
-        f_y = b * w_y - (a_y[0] * q1_dot + a_y[1] * q2_dot) - q4_dot
-        f_z = b * w_z - (a_z[0] * q1_dot + a_z[1] * q2_dot + a_z[2] * q3_dot)
-        m = -s[1] / math.sqrt(size) if size else 0.0  # A_W n_sm = (0, 0, m) with n_sm as a unit vector
-        solve = wrist_rates_b if wrist == "B" else wrist_rates_a
-        b_sm, q5_dot, q6_dot, q7_dot, near = solve((f_x, f_y, f_z), m, s, c, sb, cb, swivel_rate)
-        k = b_sm / math.sqrt(size) if size else 0.0
-        qdot = (q1_dot + k * n_sm[0], q2_dot + k * n_sm[1], q3_dot + k * n_sm[2], q4_dot, q5_dot, q6_dot, q7_dot)
-        return Velocity(np.array(qdot), b, (s[3] > 0.0) - (s[3] < 0.0), b_sm, near or safe != size)
+        sides = triangle(s[3], c[3], self.upper, self.lower)
+        p, omega = wrist_twist(wrist_axes(s, c, sides), hand(s, c, sides, self.tip_offset), twist)
+        b, b_over_sine = time_scale(angles[3], n, scaling)  # (2)
+        wanted = (b * p[0], b * p[1], b_over_sine * p[2], b * omega[0], b * omega[1], b * omega[2])
+        qdot, b_sm, near = joint_rates(s, c, sides, self.upper, self.lower, wanted, swivel_rate, wrist)  # (1), (3)
+        return Velocity(np.array(qdot), b, (s[3] > 0.0) - (s[3] < 0.0), b_sm, near)
 
 
 def joint_velocity_in_matrices(arm: SphericalArm, q: np.ndarray, twist: np.ndarray, n: int = 2) -> np.ndarray:
@@ -255,7 +228,3 @@ def _within(name: str, angle: float, limit: float) -> float:
     if not math.isfinite(finite_number(name, angle)) or abs(angle) > limit:
         raise InvalidValue(name, angle, f"an angle from {-limit:.4f} to {limit:.4f} rad")
     return float(angle)
-
-
-def _cross(a: tuple, b: tuple) -> tuple[float, float, float]:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
