@@ -1,0 +1,194 @@
+"""The door of paper 4 (section 4): a hinged door that a closer shuts, in a frame in a wall; knob on a vertical pivot.
+
+Frames: z points up, the hinge axis is vertical through the origin. The closed panel lies along +x, x = 0..width, and
+its thickness is centred on y = 0. The robot stands at y < 0 and pulls the door toward itself: the angle theta >= 0
+opens it, and the panel's frame turns with it about the hinge,
+
+    along (cos theta, -sin theta, 0)    across (sin theta, cos theta, 0)    up (0, 0, 1),
+
+so the robot's side of the panel faces -across. The wall is flush with the panel on the robot's side and goes on toward
++y: a door that is pulled can then open beyond 90 degrees. The opening is `gap` wider than the panel, half on each side.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from tutorialbot.errors import InvalidValue, finite_array, finite_number
+from tutorialbot.seeding import make_rng
+
+LIMITS = {  # of `ClosingDoor`: from the smallest to the largest that is still a door, in the units named there
+    "width": (0.3, 2.0), "thickness": (0.01, 0.1), "height": (1.0, 3.0), "knob_from_edge": (0.02, 0.3),
+    "knob_stand_off": (0.03, 0.2), "knob_height": (0.3, 1.8), "gap": (0.02, 0.3), "wall_thickness": (0.05, 0.5),
+    "mass": (1.0, 200.0), "closer_torque": (0.0, 60.0), "closer_stiffness": (0.0, 60.0), "hold_angle": (0.2, 2.2),
+    "open_limit": (0.5, 2.5), "hinge_damping": (0.0, 100.0), "hinge_friction": (0.0, 50.0),
+}  # fmt: skip
+RANGES = {  # of the random doors
+    "width": (0.80, 1.00), "knob_from_edge": (0.05, 0.09), "closer_torque": (4.0, 12.0),
+    "hold_angle": (np.deg2rad(75.0), np.deg2rad(95.0)),
+}  # fmt: skip
+FRAME_NAMES = ("jamb_hinge", "jamb_lock", "lintel", "wall_hinge", "wall_lock", "wall_above")
+FLOOR_GAP = 0.01  # under the panel [m]
+GRIP_RADIUS, GRIP_HALF = 0.014, 0.045  # of the knob's upright bar, which the gripper takes [m]
+CASING = (0.06, 0.012)  # of the frame: how wide it is seen beside the opening, how far it stands out of the wall [m]
+WALL_BESIDE, WALL_ABOVE = (1.1, 1.1), 0.35  # how far the wall goes on at the hinge, at the lock, above the door [m]
+
+
+@dataclass(frozen=True)
+class ClosingDoor:
+    """A door with a closer. Lengths in m, angles in rad, torques in Nm, masses in kg; frames as in the module's text.
+
+    `knob_from_edge` is from the free edge to the knob's pivot, `knob_stand_off` from the panel's surface to it. The
+    closer shuts the door by closer_torque + closer_stiffness * theta while theta < hold_angle, and not at all beyond:
+    there the door stays where it is left. The door stops at 0 and at `open_limit`.
+
+    Raises InvalidValue or InvalidType when a number is not finite, outside LIMITS, or out of proportion.
+    """
+
+    width: float = 0.85
+    thickness: float = 0.04
+    height: float = 2.0
+    knob_from_edge: float = 0.07
+    knob_stand_off: float = 0.06
+    knob_height: float = 1.0
+    gap: float = 0.05
+    wall_thickness: float = 0.14
+    mass: float = 20.0
+    closer_torque: float = 8.0
+    closer_stiffness: float = 6.0
+    hold_angle: float = np.deg2rad(85.0)
+    open_limit: float = np.deg2rad(120.0)
+    hinge_damping: float = 3.0
+    hinge_friction: float = 0.3
+
+    def __post_init__(self):
+        for name, (low, high) in LIMITS.items():
+            finite_number(name, getattr(self, name), low, high)
+        if self.knob_from_edge > self.width / 2:
+            raise InvalidValue(
+                "knob_from_edge", self.knob_from_edge, f"at most half of width = {self.width}: far from the hinge"
+            )
+        if self.gap < self.thickness:
+            raise InvalidValue(
+                "gap", self.gap, f"at least thickness = {self.thickness}: the panel turns about the middle of its edge"
+            )
+        if self.knob_height + GRIP_HALF > self.height:
+            raise InvalidValue("knob_height", self.knob_height, f"a knob below the top, height = {self.height}")
+        if self.hold_angle > self.open_limit:
+            raise InvalidValue("hold_angle", self.hold_angle, f"at most open_limit = {self.open_limit:g}")
+
+    @classmethod
+    def random(cls, seed: int) -> "ClosingDoor":
+        """Return a door whose RANGES are drawn evenly by `seed` (whole number >= 0); the rest is as by default."""
+        rng = make_rng(seed, 21)
+        return cls(**{name: float(rng.uniform(low, high)) for name, (low, high) in RANGES.items()})
+
+    # --- the closer --------------------------------------------------------------------------------------------------
+    def closer(self, theta: float | np.ndarray) -> float | np.ndarray:
+        """Return the torque [Nm] by which the closer shuts the door at `theta` [rad], in the shape of `theta`."""
+        angle = np.asarray(theta, dtype=float)
+        torque = np.where(angle < self.hold_angle, self.closer_torque + self.closer_stiffness * angle.clip(0.0), 0.0)
+        return torque if np.ndim(theta) else float(torque)
+
+    # --- geometry ----------------------------------------------------------------------------------------------------
+    @property
+    def knob_radius(self) -> float:
+        """Distance [m] from the hinge to the knob along the panel."""
+        return self.width - self.knob_from_edge
+
+    @property
+    def knob_in_panel(self) -> np.ndarray:
+        """The knob's pivot (3,) [m] in the panel's frame, at the middle of its bar."""
+        return np.array([self.knob_radius, -self.thickness / 2 - self.knob_stand_off, self.knob_height])
+
+    @property
+    def opening(self) -> tuple[float, float]:
+        """Where the opening begins and ends along x [m]."""
+        return -self.gap / 2, self.width + self.gap / 2
+
+    @property
+    def wall(self) -> tuple[float, float]:
+        """Where the wall begins (on the robot's side) and ends along y [m]."""
+        return -self.thickness / 2, self.wall_thickness - self.thickness / 2
+
+    def panel_frame(self, theta: float) -> pin.SE3:
+        """Return the panel's frame in the world at `theta` [rad]: x along the panel, y away from the robot, z up."""
+        return pin.SE3(turn(theta), np.zeros(3))
+
+    def to_world(self, theta: float | np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return `points` (..., 3) [m] of the panel's frame in the world, at `theta` [rad] of shape () or (n,).
+
+        The shape is that of `points`, with (n,) before it when there are n angles.
+        """
+        rotation = turn(theta)
+        return np.einsum("...ij,...j->...i", _widen(rotation, np.ndim(points)), np.asarray(points, dtype=float))
+
+    def to_panel(self, theta: float | np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return `points` (..., 3) [m] of the world in the panel's frame, at `theta` [rad] of shape () or (n,)."""
+        rotation = np.swapaxes(turn(theta), -1, -2)
+        return np.einsum("...ij,...j->...i", _widen(rotation, np.ndim(points)), np.asarray(points, dtype=float))
+
+    def knob(self, theta: float | np.ndarray) -> np.ndarray:
+        """Return the knob's pivot (3,) or (n, 3) [m] in the world, at `theta` [rad] of shape () or (n,)."""
+        return self.to_world(theta, self.knob_in_panel)
+
+    def knob_frame(self, theta: float, pivot: float = 0.0) -> pin.SE3:
+        """Return the frame in the world that the gripper's tip takes at the knob, both angles in rad.
+
+        Its x axis points up, along the knob's bar, y along the panel away from the hinge, z into the panel. `pivot`
+        turns it about the bar, which turns freely: positive is counterclockwise as seen from above.
+        """
+        grip = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])  # columns: up, along, into
+        return pin.SE3(turn(theta - pivot) @ grip, self.knob(theta))
+
+    def panel_corners(self, theta: float | np.ndarray) -> np.ndarray:
+        """Return the panel's corners in plan view, (4, 2) or (n, 4, 2) [m], counterclockwise as seen from above.
+
+        They begin at the hinge on the robot's side and go on to the free edge on that side.
+        """
+        (x, y, _), (far, high, _) = self.panel_box
+        corners = np.array([[x, y, 0.0], [far, y, 0.0], [far, high, 0.0], [x, high, 0.0]])
+        return self.to_world(theta, corners)[..., :2]
+
+    @property
+    def panel_box(self) -> np.ndarray:
+        """Lowest and highest corner (2, 3) [m] of the panel in its own frame."""
+        half = self.thickness / 2
+        return np.array([[0.0, -half, FLOOR_GAP], [self.width, half, self.height]])
+
+    @property
+    def knob_box(self) -> np.ndarray:
+        """Lowest and highest corner (2, 3) [m] of the knob in the panel's frame: bar, neck and rosette."""
+        middle, half = self.knob_in_panel, np.array([GRIP_RADIUS, GRIP_RADIUS, GRIP_HALF + GRIP_RADIUS])
+        low, high = middle - half, middle + half
+        high[1] = -self.thickness / 2
+        return np.array([low, high])
+
+    @property
+    def frame_boxes(self) -> np.ndarray:
+        """Lowest and highest corners (n, 2, 3) [m] of what stands still, in the world: the boxes of FRAME_NAMES."""
+        (left, right), (front, back), top = self.opening, self.wall, self.height + self.gap / 2
+        wide, proud = CASING
+        ends, ceiling = (left - WALL_BESIDE[0], right + WALL_BESIDE[1]), top + WALL_ABOVE
+        return np.array([
+            [[left - wide, front - proud, 0.0], [left, back + proud, top]],
+            [[right, front - proud, 0.0], [right + wide, back + proud, top]],
+            [[left - wide, front - proud, top], [right + wide, back + proud, top + wide]],
+            [[ends[0], front, 0.0], [left - wide, back, ceiling]],
+            [[right + wide, front, 0.0], [ends[1], back, ceiling]],
+            [[left - wide, front, top + wide], [right + wide, back, ceiling]],
+        ])  # fmt: skip
+
+
+def turn(theta: float | np.ndarray) -> np.ndarray:
+    """Return the rotation (3, 3) or (n, 3, 3) of the panel at the door's angle `theta` [rad]: by -theta about z."""
+    angle = finite_array("theta", theta, (-1,) if np.ndim(theta) == 1 else ())
+    cosine, sine, zero = np.cos(angle), np.sin(angle), np.zeros_like(angle)
+    rows = [[cosine, sine, zero], [-sine, cosine, zero], [zero, zero, zero + 1.0]]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def _widen(rotation: np.ndarray, ndim: int) -> np.ndarray:
+    """Give n rotations room for the leading axes of points: (n, 3, 3) -> (n, 1, ..., 3, 3)."""
+    return rotation if rotation.ndim == 2 else rotation.reshape(len(rotation), *(ndim - 1) * [1], 3, 3)
