@@ -73,7 +73,7 @@ def _hand(door: ClosingDoor, angle: float, grasp: str) -> pin.SE3:
 def largest_opening(
     arm: SphericalArm, door: ClosingDoor, share: float, grasp: str = "rigid", margins: tuple[float, ...] = (0.0,)
 ) -> np.ndarray:
-    """Return how far the door opens before |q4| is below each of the margins (m,) [rad], 90 degrees at most: (m,) [rad].
+    """Return how far the door opens before |q4| is below each of the margins (m,) [rad]: (m,) [rad], pi/2 at most.
 
     Raises InvalidValue for a margin with which the hand does not even reach the knob of the closed door.
     """
