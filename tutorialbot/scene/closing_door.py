@@ -7,7 +7,7 @@ opens it, and the panel's frame turns with it about the hinge,
     along (cos theta, -sin theta, 0)    across (sin theta, cos theta, 0)    up (0, 0, 1),
 
 so the robot's side of the panel faces -across. The wall is flush with the panel on the robot's side and goes on toward
-+y: a door that is pulled can then open beyond 90 degrees. The opening is `gap` wider than the panel, half on each side.
++y, so that the door can open a little beyond 90 degrees before it meets its jamb. The opening is `gap` wider than the panel, half on each side.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ RANGES = {  # of the random doors
 FRAME_NAMES = ("jamb_hinge", "jamb_lock", "lintel", "wall_hinge", "wall_lock", "wall_above")
 FLOOR_GAP = 0.01  # under the panel [m]
 GRIP_RADIUS, GRIP_HALF = 0.014, 0.045  # of the knob's upright bar, which the gripper takes [m]
-CASING = (0.06, 0.012)  # of the frame: how wide it is seen beside the opening, how far it stands out of the wall [m]
+CASING = (0.06, 0.008)  # of the frame: how wide it is seen beside the opening, how far it stands out of the wall [m]
 WALL_BESIDE, WALL_ABOVE = (0.7, 1.1), 0.2  # how far the wall goes on at the hinge, at the lock, above the door [m]
 
 
@@ -63,7 +63,7 @@ class ClosingDoor:
     closer_torque: float = 8.0
     closer_stiffness: float = 6.0
     hold_angle: float = np.deg2rad(85.0)
-    open_limit: float = np.deg2rad(120.0)
+    open_limit: float = np.deg2rad(98.0)
     hinge_damping: float = 3.0
     hinge_friction: float = 0.3
 

@@ -27,9 +27,8 @@ ARM_RADIUS = 0.04  # of the capsules between anchor, balls, elbow and tip [m]
 PAD_RADIUS, PAD_BEHIND = 0.03, 0.01  # of the hand's pad: a ball whose centre lies behind the tip, on its z axis [m]
 JAW_OPEN = 0.02  # how far each jaw opens; it reaches 0.02 beyond the tip [m]
 FIXTURE_STAND_OFF = 0.06  # from a wall to the bar of a fixture on it [m]
-WHEELS = tuple(
-    OmniWheel(0.2 * np.cos(a), 0.2 * np.sin(a), a + np.pi / 2, 0.06) for a in np.pi * np.array([1, 3, 5]) / 3
-)
+AZIMUTHS = (np.pi / 3, np.pi, 5 * np.pi / 3)  # of the wheels, as in robot.xml
+WHEELS = tuple(OmniWheel(0.2 * np.cos(a), 0.2 * np.sin(a), a + np.pi / 2, 0.06) for a in AZIMUTHS)
 
 
 def robot_spec() -> mujoco.MjSpec:
@@ -46,7 +45,7 @@ def base_spec() -> mujoco.MjSpec:
     spec = robot_spec()
     for actuator in (*ARM, *JAWS):
         spec.delete(spec.actuator(actuator))
-    spec.delete(spec.body("arm_0"))
+    spec.delete(spec.body("link_0"))
     return spec
 
 
@@ -59,7 +58,7 @@ def arm_spec() -> mujoco.MjSpec:
     for part in (*anchor.joints, *anchor.geoms, *mast.geoms, *(spec.body(wheel) for wheel in WHEEL_JOINTS)):
         spec.delete(part)
     anchor.name, anchor.mocap = "anchor", True
-    spec.body("arm_0").pos = [0.0, 0.0, 0.0]
+    spec.body("link_0").pos = [0.0, 0.0, 0.0]
     return spec
 
 

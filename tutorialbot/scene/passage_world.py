@@ -20,6 +20,7 @@ TIMESTEP, LOOK = 0.002, 0.01  # of the physics; between two set points, and betw
 GRASP_REACH = 0.03  # a hand further than this from the knob takes nothing [m]
 JAW_TIME = 1.0  # how long before a grasp and after a release the jaws stand open [s]
 HOLDING = ("base_rim", "hand_pad")  # the parts that may touch the panel
+BASE_PARTS, ARM_PARTS = ("base_rim", "base_body", "mast"), ("link_0", "link_3", "link_4", "link_7", "hand_pad")
 SEEN_GROUP = 2  # of the geoms for the eye, in the MJCF files
 
 
@@ -73,7 +74,7 @@ def world(
 ) -> mujoco.MjModel:
     """Return the compiled robot and door (its names prefixed "door/"), with fixtures on the wall at the frames given.
 
-    The hand (body "arm_7") holds the knob by the equality "grasp", which is off. `seen=False` leaves out what is there
+    The hand (body "link_7") holds the knob by the equality "grasp", which is off. `seen=False` leaves out what is there
     for the eye alone: a step costs less, and qpos is laid out alike. Raises InvalidType for what is no door.
     """
     if not isinstance(door, ClosingDoor):
@@ -82,12 +83,12 @@ def world(
     spec.option.timestep = TIMESTEP
     shut.material("wall").rgba[3] = finite_number("wall_opacity", wall_opacity, 0.0, 1.0)
     spec.attach(shut, prefix="door/", frame=spec.worldbody.add_frame())
-    spec.add_exclude(name="hand_knob", bodyname1="arm_7", bodyname2="door/knob")
+    spec.add_exclude(name="hand_knob", bodyname1="link_7", bodyname2="door/knob")
     spec.add_equality(
         name="grasp",
         type=mujoco.mjtEq.mjEQ_WELD,
         objtype=mujoco.mjtObj.mjOBJ_BODY,
-        name1="arm_7",
+        name1="link_7",
         name2="door/knob",
         active=False,
         solref=[0.01, 1.0],
@@ -116,8 +117,8 @@ def replay(
 
     times (n,) [s], increasing; base (n, 3) x, y [m] and yaw [rad]; q (n, 7) [rad]; grasped (n,) truth values: whether
     the hand shall hold the knob from that sample on. The door begins at rest at `start_angle` [rad]. Between samples
-    the set points are interpolated; the jaws open by themselves around a grasp. `hold_by_base=False` takes the base's
-    contact with the door away, `hold_by_hand=False` that of the hand's pad: what would happen without them.
+    the set points are interpolated; the jaws open by themselves around a grasp. `hold_by_base=False` takes all contact of the
+    base with the door away, `hold_by_hand=False` that of the arm: what would happen without them.
 
     A grasp takes hold where the hand is, if it is within GRASP_REACH of the knob. Contact of the jaws and the hand with
     the knob's bar is not simulated. Raises InvalidType or InvalidValue for bad arguments.
@@ -126,7 +127,7 @@ def replay(
     finite_number("start_angle", start_angle, 0.0, door.open_limit)
     run = _Run(world(door, seen=False), door, hold_by_base, hold_by_hand)
     clock, commands, hold = _commands(run.model, times, base, q, grasped)
-    run.place(base[0], q[0], start_angle)
+    run.place(base[0], q[0], start_angle, commands[0])
     record = [run.look(0.0)]
     for instant, command, take in zip(clock[1:], commands[1:], hold[1:], strict=True):
         run.step(command, bool(take), float(instant))
@@ -160,13 +161,9 @@ def _commands(model, times, base, q, grasped) -> tuple[np.ndarray, np.ndarray, n
     ids = [model.actuator(name).id for name in home_robot.MOVING]
     lead = -model.actuator_biasprm[ids, 2] / model.actuator_gainprm[ids, 0]
     commands[:, ids] = goal + lead * speed
-    cosine, sine, turn = np.cos(goal[:, 2]), np.sin(goal[:, 2]), speed[:, 2]
-    twist = np.column_stack(
-        [cosine * speed[:, 0] + sine * speed[:, 1], cosine * speed[:, 1] - sine * speed[:, 0], turn]
-    )
-    commands[:, [model.actuator(name).id for name in home_robot.WHEEL_JOINTS]] = omni.to_wheels(
-        home_robot.WHEELS, twist
-    )
+    (x, y, turn), cosine, sine = speed[:, :3].T, np.cos(goal[:, 2]), np.sin(goal[:, 2])
+    rates = omni.to_wheels(home_robot.WHEELS, np.column_stack([cosine * x + sine * y, cosine * y - sine * x, turn]))
+    commands[:, [model.actuator(name).id for name in home_robot.WHEEL_JOINTS]] = rates
     hold = grasped[at]
     near, reach = hold.copy(), round(JAW_TIME / LOOK)
     for change in np.flatnonzero(hold[1:] != hold[:-1]) + 1:
@@ -181,22 +178,24 @@ class _Run:
 
     def __init__(self, model: mujoco.MjModel, door: ClosingDoor, hold_by_base: bool, hold_by_hand: bool):
         self.model, self.data, self.door = model, mujoco.MjData(model), door
-        for name, wanted in (("base_rim", hold_by_base), ("base_body", hold_by_base), ("hand_pad", hold_by_hand)):
-            if not wanted:
-                model.geom(name).contype[:] = model.geom(name).conaffinity[:] = 0
+        untouchable = (() if hold_by_base else BASE_PARTS) + (() if hold_by_hand else ARM_PARTS)
+        for name in untouchable:
+            model.geom(name).contype[:] = model.geom(name).conaffinity[:] = 0
         self.moving = np.array([model.joint(name).qposadr[0] for name in home_robot.MOVING])
         self.arm = np.array([model.joint(name).dofadr[0] for name in home_robot.ARM])
         self.hinge, self.closer = model.joint("door/hinge").qposadr[0], model.actuator("door/closer").id
         self.grasp, self.hand, self.knob = (
             model.equality("grasp").id,
-            model.body("arm_7").id,
+            model.body("link_7").id,
             model.body("door/knob").id,
         )
         self.tip, self.grip = model.site("tip").id, model.site("door/grip").id
         self.substeps, self.gap, self.missed = round(LOOK / TIMESTEP), 0.0, False
         self.touched: dict[tuple[int, int], list[float]] = {}
 
-    def place(self, base: np.ndarray, q: np.ndarray, angle: float) -> None:
+    def place(self, base: np.ndarray, q: np.ndarray, angle: float, command: np.ndarray) -> None:
+        """Start at rest, with the robot and the door where they are told to be."""
+        self.data.ctrl[:] = command
         self.data.qpos[self.moving] = np.concatenate([base, q])
         self.data.qpos[self.hinge] = angle
         mujoco.mj_forward(self.model, self.data)
