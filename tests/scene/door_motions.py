@@ -34,7 +34,9 @@ def chain() -> pin.Model:
 
 def to_configuration(model: pin.Model, moving: np.ndarray) -> np.ndarray:
     """pinocchio's q of (x, y, yaw, arm): it keeps the base's yaw as an angle or as cosine and sine."""
-    return moving if model.nq == 10 else np.concatenate([moving[:2], [np.cos(moving[2]), np.sin(moving[2])], moving[3:]])
+    return (
+        moving if model.nq == 10 else np.concatenate([moving[:2], [np.cos(moving[2]), np.sin(moving[2])], moving[3:]])
+    )
 
 
 def reach(model: pin.Model, data: pin.Data, moving: np.ndarray, goal: pin.SE3, weights: np.ndarray) -> np.ndarray:

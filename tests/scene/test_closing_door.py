@@ -68,7 +68,9 @@ def test_a_positive_angle_pulls_the_knob_toward_the_robot_and_the_pivot_turns_th
 def test_frames_of_many_angles_are_those_of_each():
     ours, points = OTHER, np.random.default_rng(3).normal(size=(5, 3))
     world = ours.to_world(ANGLES, points)
-    assert world.shape == (4, 5, 3) and ours.knob(ANGLES).shape == (4, 3) and ours.panel_corners(ANGLES).shape == (4, 4, 2)
+    assert (
+        world.shape == (4, 5, 3) and ours.knob(ANGLES).shape == (4, 3) and ours.panel_corners(ANGLES).shape == (4, 4, 2)
+    )
     for angle, row in zip(ANGLES, world, strict=True):
         np.testing.assert_allclose(row, points @ ours.panel_frame(angle).rotation.T, atol=1e-14)
         np.testing.assert_allclose(ours.to_panel(angle, row), points, atol=1e-14)

@@ -7,7 +7,8 @@ opens it, and the panel's frame turns with it about the hinge,
     along (cos theta, -sin theta, 0)    across (sin theta, cos theta, 0)    up (0, 0, 1),
 
 so the robot's side of the panel faces -across. The wall is flush with the panel on the robot's side and goes on toward
-+y, so that the door can open a little beyond 90 degrees before it meets its jamb. The opening is `gap` wider than the panel, half on each side.
++y, so that the door can open a little beyond 90 degrees before it meets its jamb. The opening is `gap` wider than the
+panel, half on each side.
 """
 
 from dataclasses import dataclass

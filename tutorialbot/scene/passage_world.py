@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from tutorialbot.errors import InvalidType, InvalidValue, finite_array, finite_number
+from tutorialbot.pose import check_pose
 from tutorialbot.scene import home_robot, omni
 from tutorialbot.scene.closing_door import ClosingDoor
 
@@ -79,6 +80,9 @@ def world(
     """
     if not isinstance(door, ClosingDoor):
         raise InvalidType("door", door, "a ClosingDoor")
+    if not isinstance(fixtures, Sequence):
+        raise InvalidType("fixtures", fixtures, "a row of pinocchio.SE3")
+    frames = [check_pose("fixtures", frame) for frame in fixtures]
     spec, shut = home_robot.robot_spec(), door.spec()
     spec.option.timestep = TIMESTEP
     shut.material("wall").rgba[3] = finite_number("wall_opacity", wall_opacity, 0.0, 1.0)
@@ -93,7 +97,7 @@ def world(
         active=False,
         solref=[0.01, 1.0],
     )
-    for i, frame in enumerate(fixtures):
+    for i, frame in enumerate(frames):
         home_robot.add_fixture(spec, frame, f"fixture_{i}")
     if not seen:
         for geom in spec.geoms:
@@ -117,17 +121,21 @@ def replay(
 
     times (n,) [s], increasing; base (n, 3) x, y [m] and yaw [rad]; q (n, 7) [rad]; grasped (n,) truth values: whether
     the hand shall hold the knob from that sample on. The door begins at rest at `start_angle` [rad]. Between samples
-    the set points are interpolated; the jaws open by themselves around a grasp. `hold_by_base=False` takes all contact of the
-    base with the door away, `hold_by_hand=False` that of the arm: what would happen without them.
+    the set points are interpolated; the jaws open by themselves around a grasp. `hold_by_base=False` takes all
+    contact of the base with the door away, `hold_by_hand=False` that of the arm: what would happen without them.
 
     A grasp takes hold where the hand is, if it is within GRASP_REACH of the knob. Contact of the jaws and the hand with
     the knob's bar is not simulated. Raises InvalidType or InvalidValue for bad arguments.
     """
     times, base, q, grasped = _checked(times, base, q, grasped)
+    for name, value in (("hold_by_base", hold_by_base), ("hold_by_hand", hold_by_hand)):
+        if not isinstance(value, bool):
+            raise InvalidType(name, value, "True or False")
+    model = world(door, seen=False)
     finite_number("start_angle", start_angle, 0.0, door.open_limit)
-    run = _Run(world(door, seen=False), door, hold_by_base, hold_by_hand)
+    run = _Run(model, door, hold_by_base, hold_by_hand)
     clock, commands, hold = _commands(run.model, times, base, q, grasped)
-    run.place(base[0], q[0], start_angle, commands[0])
+    run.place(base[0], q[0], start_angle, commands[0], bool(hold[0]))
     record = [run.look(0.0)]
     for instant, command, take in zip(clock[1:], commands[1:], hold[1:], strict=True):
         run.step(command, bool(take), float(instant))
@@ -191,13 +199,15 @@ class _Run:
         )
         self.tip, self.grip = model.site("tip").id, model.site("door/grip").id
         self.substeps, self.gap, self.missed = round(LOOK / TIMESTEP), 0.0, False
-        self.touched: dict[tuple[int, int], list[float]] = {}
+        self.touched: dict[tuple[str, ...], list[float]] = {}
 
-    def place(self, base: np.ndarray, q: np.ndarray, angle: float, command: np.ndarray) -> None:
+    def place(self, base: np.ndarray, q: np.ndarray, angle: float, command: np.ndarray, hold: bool) -> None:
         """Start at rest, with the robot and the door where they are told to be."""
         self.data.ctrl[:] = command
         self.data.qpos[self.moving] = np.concatenate([base, q])
         self.data.qpos[self.hinge] = angle
+        if hold:
+            self._switch(hold)
         mujoco.mj_forward(self.model, self.data)
 
     def step(self, command: np.ndarray, hold: bool, instant: float) -> None:
@@ -238,7 +248,8 @@ class _Run:
         wrench = np.empty(6)
         for i, pair in enumerate(self.data.contact.geom.tolist()):
             mujoco.mj_contactForce(self.model, self.data, i, wrench)
-            touch = self.touched.setdefault(tuple(sorted(pair)), [instant, instant, 0.0])
+            names = sorted((self.model.geom(geom).name for geom in pair), key=lambda name: name.startswith("door/"))
+            touch = self.touched.setdefault(tuple(names), [instant, instant, 0.0])
             touch[1], touch[2] = instant, max(touch[2], abs(float(wrench[0])))
 
 
@@ -254,8 +265,8 @@ def _result(run: _Run, door: ClosingDoor, times, base, clock, record) -> Replay:
     qpos[:, model.joint("door/closer_arm").qposadr[0]] = door.closer_arm(angle)
     moved = qpos[:, run.moving]
     touches = tuple(
-        Touch(model.geom(a).name, model.geom(b).name.removeprefix("door/"), first + times[0], last + times[0], force)
-        for (a, b), (first, last, force) in sorted(run.touched.items())
+        Touch(robot, thing.removeprefix("door/"), float(first + times[0]), float(last + times[0]), force)
+        for (robot, thing), (first, last, force) in sorted(run.touched.items())
     )
     broken = bool(run.data.warning.number.any()) or not np.isfinite(record).all()
     return Replay(
