@@ -210,6 +210,28 @@ def test_the_base_without_its_arm_and_fixtures_on_the_wall():
         home_robot.add_fixture(door.spec(), np.eye(4))
 
 
+def test_base_and_arm_apart_look_like_the_robot_and_then_part(robot):
+    mj, whole = robot
+    model, q = home_robot.apart(ClosingDoor().spec()), postures(1)[0]
+    whole.qpos[:] = 0.0
+    whole.qpos[[mj.joint(name).qposadr[0] for name in MOVING]] = [0.3, -0.8, 0.5, *q]
+    mujoco.mj_forward(mj, whole)
+    anchor = pin.SE3(whole.site("anchor").xmat.reshape(3, 3).copy(), whole.site("anchor").xpos.copy())
+    tip = anchor * pin.SE3(by_hand(q))
+    data = mujoco.MjData(model)
+    swapped = tip * pin.SE3(FLIP)  # held by the other end
+    for pose, values, end in ((anchor, q, tip), (swapped, q[::-1], anchor * pin.SE3(FLIP))):
+        data.qpos[:] = home_robot.apart_qpos(model, np.array([0.3, -0.8, 0.5]), pose, values)
+        mujoco.mj_forward(model, data)
+        np.testing.assert_allclose(data.site("arm/tip").xpos, end.translation, atol=1e-12)
+        np.testing.assert_allclose(data.site("arm/tip").xmat, end.rotation.ravel(), atol=1e-12)
+        np.testing.assert_allclose(data.site("base/anchor").xpos, anchor.translation, atol=1e-12)
+    with pytest.raises(InvalidType, match="anchor"):
+        home_robot.apart_qpos(model, np.zeros(3), np.eye(4), q)
+    with pytest.raises(ValueError, match="base"):
+        home_robot.apart_qpos(model, np.zeros(2), anchor, q)
+
+
 def test_a_broken_file_is_named(tmp_path, monkeypatch):
     (tmp_path / "home_robot").mkdir()
     (tmp_path / "home_robot" / "robot.xml").write_text("<mujoco><worldbody>")

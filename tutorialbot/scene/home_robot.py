@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from tutorialbot import paths, robots
-from tutorialbot.errors import BrokenFile
+from tutorialbot.errors import BrokenFile, finite_array
 from tutorialbot.pose import check_pose
 from tutorialbot.scene.closing_door import ClosingDoor
 from tutorialbot.scene.omni import OmniWheel
@@ -49,17 +49,46 @@ def base_spec() -> mujoco.MjSpec:
     return spec
 
 
-def arm_spec() -> mujoco.MjSpec:
-    """Return the arm alone, on a mocap body "anchor" at the origin: set its pose to hang the arm anywhere."""
+def arm_spec(*, loose: bool = False) -> mujoco.MjSpec:
+    """Return the arm alone, with the end that holds on the body "anchor" at the origin.
+
+    The anchor is a mocap body: set its pose to hang the arm anywhere. `loose` gives it a free joint instead, so that
+    its pose is part of qpos: for pictures of an arm that changes its anchor.
+    """
     spec = robot_spec()
     anchor, mast = spec.body("base"), spec.body("mast")
     for actuator in (*robots.BASE, *WHEEL_JOINTS):
         spec.delete(spec.actuator(actuator))
     for part in (*anchor.joints, *anchor.geoms, *mast.geoms, *(spec.body(wheel) for wheel in WHEEL_JOINTS)):
         spec.delete(part)
-    anchor.name, anchor.mocap = "anchor", True
+    anchor.name, anchor.mocap = "anchor", not loose
+    if loose:
+        anchor.add_freejoint(name="anchor")
     spec.body("link_0").pos = [0.0, 0.0, 0.0]
     return spec
+
+
+def apart(spec: mujoco.MjSpec | None = None) -> mujoco.MjModel:
+    """Return base and arm as two things in the world of `spec` (an empty one by default), compiled: for pictures.
+
+    Names are those of the robot, prefixed "base/" and "arm/"; `apart_qpos` tells where they are.
+    """
+    spec = spec or mujoco.MjSpec()
+    for prefix, part in (("base/", base_spec()), ("arm/", arm_spec(loose=True))):
+        spec.option.integrator = part.option.integrator
+        spec.attach(part, prefix=prefix, frame=spec.worldbody.add_frame())
+    return spec.compile()
+
+
+def apart_qpos(model: mujoco.MjModel, base: np.ndarray, anchor: pin.SE3, q: np.ndarray) -> np.ndarray:
+    """Return qpos (nq,) of a model of `apart`: base (3,) x, y [m], yaw [rad]; the anchor's pose; q (7,) [rad]."""
+    base, q, pose = finite_array("base", base, (3,)), finite_array("q", q, (7,)), check_pose("anchor", anchor)
+    qpos = model.qpos0.copy()
+    qpos[[model.joint(f"base/{name}").qposadr[0] for name in robots.BASE]] = base
+    qpos[[model.joint(f"arm/{name}").qposadr[0] for name in ARM]] = q
+    first = model.joint("arm/anchor").qposadr[0]
+    qpos[first : first + 7] = [*pose.translation, *pin.Quaternion(pose.rotation).coeffs()[[3, 0, 1, 2]]]
+    return qpos
 
 
 def fixture_frame(door: ClosingDoor, x: float, z: float) -> pin.SE3:
