@@ -9,6 +9,7 @@ from tests.scene.door_motions import PERIOD, START, Motion, chain, pull, reach, 
 from tutorialbot.errors import InvalidType
 from tutorialbot.scene import home_robot, omni
 from tutorialbot.scene.closing_door import ClosingDoor
+from tutorialbot.scene.let_go import let_go
 from tutorialbot.scene.passage_world import Replay, replay, world
 
 DOOR = ClosingDoor()
@@ -120,6 +121,23 @@ def test_the_door_stays_beyond_the_hold_angle_and_shuts_from_below_it(hold):
         assert degrees(replayed)[-1] == pytest.approx(end, abs=0.1)
         shut = np.flatnonzero(degrees(replayed) < 0.1)
         assert replayed.touches == () and (not len(shut) or degrees(replayed)[shut[0] :].max() < 2.0)  # no wild rebound
+
+
+def test_a_door_let_go_is_asked_for_in_numbers():
+    for bad in ({"times": [0.0, 0.0]}, {"times": []}, {"theta": 3.0}, {"rate": np.nan}, {"door": None}):
+        with pytest.raises((ValueError, TypeError), match=next(iter(bad))):
+            let_go(**{"door": DOOR, "times": [0.0, 1.0], "theta": 1.0, **bad})
+
+
+@pytest.mark.parametrize("start", [20.0, 60.0, 84.0, 90.0])
+def test_the_door_let_go_swings_as_its_equation_says(start):
+    replayed = replay(DOOR, *still(AWAY, 3.0), start_angle=np.deg2rad(start))
+    alone = np.rad2deg(let_go(DOOR, replayed.times, np.deg2rad(start)))
+    swinging = alone > 0.0
+    np.testing.assert_allclose(degrees(replayed)[swinging], alone[swinging], atol=0.7)
+    assert degrees(replayed)[~swinging].max(initial=0.0) < 3.0
+    pushed = let_go(DOOR, np.linspace(0.0, 3.0, 301), np.deg2rad(86.0), 0.5)
+    assert np.rad2deg(pushed[-1]) == pytest.approx(np.rad2deg(pushed.max())) and np.rad2deg(pushed[-1]) > 90.0
 
 
 def test_a_stronger_closer_shuts_faster():
