@@ -9,7 +9,6 @@ from tests.scene.door_motions import PERIOD, START, Motion, chain, pull, reach, 
 from tutorialbot.errors import InvalidType
 from tutorialbot.scene import home_robot, omni
 from tutorialbot.scene.closing_door import ClosingDoor
-from tutorialbot.scene.let_go import let_go
 from tutorialbot.scene.passage_world import Replay, replay, world
 
 DOOR = ClosingDoor()
@@ -123,21 +122,25 @@ def test_the_door_stays_beyond_the_hold_angle_and_shuts_from_below_it(hold):
         assert replayed.touches == () and (not len(shut) or degrees(replayed)[shut[0] :].max() < 2.0)  # no wild rebound
 
 
-def test_a_door_let_go_is_asked_for_in_numbers():
-    for bad in ({"times": [0.0, 0.0]}, {"times": []}, {"theta": 3.0}, {"rate": np.nan}, {"door": None}):
-        with pytest.raises((ValueError, TypeError), match=next(iter(bad))):
-            let_go(**{"door": DOOR, "times": [0.0, 1.0], "theta": 1.0, **bad})
+def alone(times: np.ndarray, theta: float) -> np.ndarray:
+    """Angles of the door that nobody touches, from rest: inertia, closer, damping and friction in small steps."""
+    angles, rate, step = [theta], 0.0, 1e-3
+    for _ in np.arange(times[0], times[-1], step):
+        drive = -DOOR.closer(angles[-1])
+        resting = rate == 0.0 and abs(drive) <= DOOR.hinge_friction
+        drag = DOOR.hinge_damping * rate + DOOR.hinge_friction * np.sign(rate or drive)
+        rate += 0.0 if resting else step * (drive - drag) / DOOR.inertia
+        angles.append(max(angles[-1] + step * rate, 0.0))
+    return np.interp(times, times[0] + step * np.arange(len(angles)), angles)
 
 
 @pytest.mark.parametrize("start", [20.0, 60.0, 84.0, 90.0])
 def test_the_door_let_go_swings_as_its_equation_says(start):
     replayed = replay(DOOR, *still(AWAY, 3.0), start_angle=np.deg2rad(start))
-    alone = np.rad2deg(let_go(DOOR, replayed.times, np.deg2rad(start)))
-    swinging = alone > 0.0
-    np.testing.assert_allclose(degrees(replayed)[swinging], alone[swinging], atol=0.7)
+    expected = np.rad2deg(alone(replayed.times, np.deg2rad(start)))
+    swinging = expected > 0.0
+    np.testing.assert_allclose(degrees(replayed)[swinging], expected[swinging], atol=0.7)
     assert degrees(replayed)[~swinging].max(initial=0.0) < 3.0
-    pushed = let_go(DOOR, np.linspace(0.0, 3.0, 301), np.deg2rad(86.0), 0.5)
-    assert np.rad2deg(pushed[-1]) == pytest.approx(np.rad2deg(pushed.max())) and np.rad2deg(pushed[-1]) > 90.0
 
 
 def test_a_stronger_closer_shuts_faster():
