@@ -46,7 +46,8 @@ def inverse(
     hand = np.swapaxes(frame @ _ry(q4 - alpha), -1, -2) @ rotation
     q1, q2, q3 = _zyz(upper, branch[0])
     q5, q6, q7 = _zyz(hand, branch[1])
-    return np.stack(np.broadcast_arrays(q1, q2, q3, q4, q5, q6, q7), axis=-1), reached
+    q = np.stack(np.broadcast_arrays(q1, q2, q3, q4, q5, q6, q7), axis=-1)
+    return q, np.broadcast_to(reached, q.shape[:-1])
 
 
 def within(arm: SphericalArm, q: np.ndarray, margin: float = 0.0) -> np.ndarray:
