@@ -177,16 +177,16 @@ def _join(arm, door, opening, before, after, paths, rng) -> tuple[Option, Option
 def _phases(door, opened, gone, between) -> tuple[tuple[Phase, ...], np.ndarray]:
     """Legs of all phases, and the joints at the start; now the base's yaw comes in (see `passage_plan`)."""
     (paths, before), (later, after) = opened, gone
-    ends = np.array([between[0][0], between[-1][0]])
-    yaw = ends.mean()
-    kept = between[0][0] - yaw  # joint 1 from (c) to (e); from (g) on it is the other
-    legs = [_turned(path, q, kept) for path, q in zip(paths, before.joints, strict=True)]
-    legs[1] = _shared_yaw(*legs[1], paths[1], before.joints[1])
-    legs[0] = _turned(paths[0], before.joints[0], before.joints[0][:, 0] - legs[1][0][0, 2])
+    yaw = (between[0][0] + between[-1][0]) / 2.0  # of the base in (e) and (f): joint 1 turns to both sides
     shift = round((between[-1][0] - after.joints[0][0, 0]) / (2.0 * np.pi)) * 2.0 * np.pi
-    joints = [q + np.r_[shift, np.zeros(6)] for q in after.joints]
-    legs += [_turned(path, q, q[:, 0] - yaw if number == 0 else ends[1] - yaw)
-             for number, (path, q) in enumerate(zip(later, joints, strict=True))]  # fmt: skip
+    later_q = [q + np.r_[shift, np.zeros(6)] for q in after.joints]
+    first, second = before.joints[4][-1, 0] - yaw, later_q[0][-1, 0] - yaw  # joint 1 from (c) to (e), and from (g) on
+    legs = [_turned(path, q, first) for path, q in zip(paths, before.joints, strict=True)]
+    legs[1] = _shared_yaw(*legs[1], paths[1], before.joints[1])
+    for number, turned in ((0, legs[1][0][0, 2]), (5, yaw)):  # the base stands
+        legs[number] = _turned(paths[number], before.joints[number], before.joints[number][:, 0] - turned)
+    legs += [_turned(path, q, second) for path, q in zip(later, later_q, strict=True)]
+    legs[6] = _turned(later[0], later_q[0], later_q[0][:, 0] - yaw)
     hands = [HandLeg(path, "knob" if number < 6 else "panel", (before if number < 6 else after).roll,
                      (before if number < 6 else after).swivel, hand_duration(path, q), leaning=number in (4, 5, 6, 7))
              for number, (path, q) in enumerate(legs)]  # fmt: skip
@@ -207,7 +207,7 @@ def _turned(path: np.ndarray, q: np.ndarray, kept) -> tuple[np.ndarray, np.ndarr
     return path, q
 
 
-def _shared_yaw(path, q, bare, absolute, share: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
+def _shared_yaw(path, _, bare, absolute, share: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
     """Phase (b): the base turns by `share` of the hand's turn, to where (c) begins."""
     hand = bare[:, 4] - bare[:, 3]
     yaw = path[-1, 2] + share * (hand - hand[-1])
