@@ -7,15 +7,18 @@ opens it, and the panel's frame turns with it about the hinge,
     along (cos theta, -sin theta, 0)    across (sin theta, cos theta, 0)    up (0, 0, 1),
 
 so the robot's side of the panel faces -across. The wall is flush with the panel on the robot's side and goes on toward
-+y: a door that is pulled can then open beyond 90 degrees. The opening is `gap` wider than the panel, half on each side.
++y, so that the door can open a little beyond 90 degrees before it meets its jamb. The opening is `gap` wider than the
+panel, half on each side.
 """
 
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import InvalidValue, finite_array, finite_number
+from tutorialbot import paths
+from tutorialbot.errors import BrokenFile, InvalidValue, finite_array, finite_number
 from tutorialbot.seeding import make_rng
 
 LIMITS = {  # of `ClosingDoor`: from the smallest to the largest that is still a door, in the units named there
@@ -31,8 +34,11 @@ RANGES = {  # of the random doors
 FRAME_NAMES = ("jamb_hinge", "jamb_lock", "lintel", "wall_hinge", "wall_lock", "wall_above")
 FLOOR_GAP = 0.01  # under the panel [m]
 GRIP_RADIUS, GRIP_HALF = 0.014, 0.045  # of the knob's upright bar, which the gripper takes [m]
-CASING = (0.06, 0.012)  # of the frame: how wide it is seen beside the opening, how far it stands out of the wall [m]
-WALL_BESIDE, WALL_ABOVE = (1.1, 1.1), 0.35  # how far the wall goes on at the hinge, at the lock, above the door [m]
+CASING = (0.06, 0.008)  # of the frame: how wide it is seen beside the opening, how far it stands out of the wall [m]
+WALL_BESIDE, WALL_ABOVE = (0.7, 1.1), 0.2  # how far the wall goes on at the hinge, at the lock, above the door [m]
+
+
+CLOSER_PIVOT, CLOSER_ARM = (0.10, 0.034), 0.26  # along the lintel and before the wall; length of the arm [m]
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,7 @@ class ClosingDoor:
     closer_torque: float = 8.0
     closer_stiffness: float = 6.0
     hold_angle: float = np.deg2rad(85.0)
-    open_limit: float = np.deg2rad(120.0)
+    open_limit: float = np.deg2rad(98.0)
     hinge_damping: float = 3.0
     hinge_friction: float = 0.3
 
@@ -167,7 +173,7 @@ class ClosingDoor:
 
     @property
     def frame_boxes(self) -> np.ndarray:
-        """Lowest and highest corners (n, 2, 3) [m] of what stands still, in the world: the boxes of FRAME_NAMES."""
+        """Lowest and highest corners (n, 2, 3) [m] of what stands still, in the world; FRAME_NAMES names them."""
         (left, right), (front, back), top = self.opening, self.wall, self.height + self.gap / 2
         wide, proud = CASING
         ends, ceiling = (left - WALL_BESIDE[0], right + WALL_BESIDE[1]), top + WALL_ABOVE
@@ -179,6 +185,37 @@ class ClosingDoor:
             [[right + wide, front, 0.0], [ends[1], back, ceiling]],
             [[left - wide, front, top + wide], [right + wide, back, ceiling]],
         ])  # fmt: skip
+
+    # --- the model ---------------------------------------------------------------------------------------------------
+    def closer_arm(self, theta: float | np.ndarray) -> float | np.ndarray:
+        """Return the angle [rad] of the closer's arm (joint "closer_arm"), whose end slides along the panel's middle.
+
+        With the arm's pivot at (a, c) and its length l: sin(theta) (a + l cos phi) + cos(theta) (c + l sin phi) = 0.
+        """
+        (a, before), angle = CLOSER_PIVOT, np.asarray(theta, dtype=float)
+        c = self.wall[0] - before
+        return np.arcsin((-a * np.sin(angle) - c * np.cos(angle)) / CLOSER_ARM) - angle
+
+    def spec(self) -> mujoco.MjSpec:
+        """Return an editable model of door, frame and wall; raises BrokenFile when its MJCF is missing or damaged.
+
+        Joints "hinge", "knob" (the bar's pivot) and "closer_arm" (for the eye); site "grip" on the knob's pivot, with
+        the axes of `knob_frame`; actuator "closer": 1 shuts the door by closer_torque + closer_stiffness * theta.
+        """
+        path = paths.MODELS / "closing_door" / "door.xml"
+        try:
+            spec = mujoco.MjSpec.from_file(str(path))
+        except ValueError as error:
+            raise BrokenFile(f"{path}: not a valid MJCF file: {error}") from None
+        _shape_frame(spec, self)
+        _shape_panel(spec, self)
+        _shape_knob(spec, self)
+        closer = spec.actuator("closer")
+        closer.gainprm[:2] = -self.closer_torque, -self.closer_stiffness
+        hinge = spec.joint("hinge")
+        hinge.range = [0.0, self.open_limit]
+        hinge.damping, hinge.frictionloss = [self.hinge_damping, 0.0, 0.0], self.hinge_friction
+        return spec
 
 
 def turn(theta: float | np.ndarray) -> np.ndarray:
@@ -192,3 +229,50 @@ def turn(theta: float | np.ndarray) -> np.ndarray:
 def _widen(rotation: np.ndarray, ndim: int) -> np.ndarray:
     """Give n rotations room for the leading axes of points: (n, 3, 3) -> (n, 1, ..., 3, 3)."""
     return rotation if rotation.ndim == 2 else rotation.reshape(len(rotation), *(ndim - 1) * [1], 3, 3)
+
+
+def _put(spec: mujoco.MjSpec, name: str, low: np.ndarray, high: np.ndarray) -> None:
+    """Make the box geom `name` reach from the corner `low` to the corner `high` [m] in its body's frame."""
+    low, high = np.asarray(low), np.asarray(high)
+    spec.geom(name).pos, spec.geom(name).size = (low + high) / 2, (high - low) / 2
+
+
+def _shape_frame(spec: mujoco.MjSpec, door: ClosingDoor) -> None:
+    for name, (low, high) in zip(FRAME_NAMES, door.frame_boxes, strict=True):
+        _put(spec, name, low, high)
+        _put(spec, f"{name}_seen", low, high)
+    (a, before), front, top = CLOSER_PIVOT, door.wall[0], door.height + door.gap / 2
+    _put(spec, "closer", [a - 0.06, front - 0.058, top + 0.004], [a + 0.17, front - CASING[1], top + 0.056])
+    spec.body("closer_arm").pos = [a, front - before, (door.height + top) / 2]
+    spec.geom("closer_arm").fromto = [0, 0, 0, CLOSER_ARM, 0, 0]
+
+
+def _shape_panel(spec: mujoco.MjSpec, door: ClosingDoor) -> None:
+    low, high = door.panel_box
+    for name in ("panel", "panel_seen"):
+        _put(spec, name, low, high)
+    spec.geom("panel").mass = door.mass
+    proud, side = 0.0015, 0.12  # what is let into the panel stands out of it, and ends before its edges [m]
+    for name, share in (("inlay_low", (0.16, 0.46)), ("inlay_high", (0.56, 0.94))):
+        bottom, top = np.array(share) * door.height
+        _put(spec, name, [side, low[1] - proud, bottom], [door.width - side, high[1] + proud, top])
+    _put(spec, "kick_plate", [0.02, low[1] - proud, 0.03], [door.width - 0.02, high[1] + proud, 0.22])
+    middle = door.knob_radius
+    _put(spec, "push_plate", [middle - 0.045, 0.0, door.knob_height - 0.15],
+         [min(middle + 0.045, door.width - 0.005), high[1] + 2 * proud, door.knob_height + 0.15])  # fmt: skip
+    for name, share in (("knuckle_low", 0.12), ("knuckle_mid", 0.5), ("knuckle_high", 0.88)):
+        spec.geom(name).pos = [-0.004, low[1] - 0.004, share * door.height]
+    _put(spec, "closer_track", [0.15, -0.008, door.height - 0.01], [0.42, 0.008, door.height + 0.003])
+
+
+def _shape_knob(spec: mujoco.MjSpec, door: ClosingDoor) -> None:
+    x, y, z = door.knob_in_panel
+    face = -door.thickness / 2
+    spec.body("knob").pos = [x, y, z]
+    for name in ("knob", "knob_seen"):
+        spec.geom(name).fromto, spec.geom(name).size = [0, 0, -GRIP_HALF, 0, 0, GRIP_HALF], [GRIP_RADIUS, 0, 0]
+    for end, level in (("low", z - GRIP_HALF), ("high", z + GRIP_HALF)):
+        spec.geom(f"neck_{end}").fromto = [x, face, level, x, y, level]
+        spec.geom(f"rosette_{end}").size, spec.geom(f"rosette_{end}").pos = [0.02, 0.004, 0.0], [x, face - 0.002, level]
+    quaternion = pin.Quaternion(door.knob_frame(0.0).rotation).coeffs()
+    spec.site("grip").quat = quaternion[[3, 0, 1, 2]]
