@@ -12,9 +12,9 @@ import numpy as np
 from tutorialbot.ik import srs
 from tutorialbot.ik.singularity_consistent import SphericalArm
 from tutorialbot.scene.closing_door import ClosingDoor
+from tutorialbot.scene.home_robot import ANCHOR_HEIGHT, ARM_RADIUS, BASE_RADIUS
 
-BASE_RADIUS, DECK = 0.25, 0.70  # of the base's disc; height of the arm's anchor on top of it [m]
-ARM_RADIUS, JAW_LENGTH = 0.04, 0.05  # around the lines of the arm; of the jaws, up to the tip [m]
+JAW_LENGTH = 0.05  # of the jaws, up to the tip [m]
 PARTS = ("base", "upper", "fore", "palm", "jaws")
 
 
@@ -44,7 +44,7 @@ def measure(arm: SphericalArm, door: ClosingDoor, theta: np.ndarray, base: np.nd
     panel, knob = door.panel_box[:, :2], door.knob_box[:, :2]
     boxes = [box[:, :2] for box in door.frame_boxes if box[0, 2] < door.height]
     frame = np.min([_parts(base[:, :2], segments, box) for box in boxes], axis=0)
-    under = door.height - DECK - ARM_RADIUS - points[..., 2].max(axis=-1)
+    under = door.height - ANCHOR_HEIGHT - ARM_RADIUS - points[..., 2].max(axis=-1)
     frame[:, 1:] = np.minimum(frame[:, 1:], under[:, None])
     return Clearances(_parts(centre, turned, panel), _parts(centre, turned, knob), frame, *_inner(arm, points))
 
@@ -105,7 +105,7 @@ def segment_to_box(a: np.ndarray, b: np.ndarray, box: np.ndarray) -> np.ndarray:
 
 
 def _inner(arm: SphericalArm, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distances (n,) of the arm from itself and from the deck (a disc at z = 0 of the anchor's frame)."""
+    """Distances (n,) of the arm from itself and from the base, taken as a drum that goes up to the arm's anchor."""
     foot, shoulder, elbow, wrist, tip = np.moveaxis(points, -2, 0)
     pairs = ((foot, shoulder, elbow, wrist), (foot, shoulder, wrist, tip), (shoulder, elbow, wrist, tip))
     itself = np.min([segment_to_segment(*pair) for pair in pairs], axis=0) - 2.0 * ARM_RADIUS

@@ -21,7 +21,7 @@ GRIPS = {  # columns: the tip's x, y, z in the panel's frame
     "panel": np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]),  # up, back along, from behind
 }
 HAND = ("base_x", "base_y", "base_yaw", "theta", "pivot", "along", "across", "up")  # columns of a HandLeg's path
-RATE, BASE_SPEED, BASE_TURN, DOOR_RATE = 1.8, 0.4, 0.8, np.deg2rad(22.0)  # aimed at [rad/s, m/s, rad/s, rad/s]
+RATE, BASE_SPEED, BASE_TURN, DOOR_RATE = 1.8, 0.4, 0.6, np.deg2rad(22.0)  # aimed at [rad/s, m/s, rad/s, rad/s]
 SHORTEST = 0.8  # a leg [s]
 STEP = 0.02  # between two samples [s]
 
@@ -31,7 +31,7 @@ class HandLeg:
     """Base and hand along s = 0..1; `path` (m, 8) holds samples of HAND at even s, in m and rad.
 
     grip: one of GRIPS; roll: of the hand about its own z axis; swivel: of the elbow, all along; touching: the hand
-    holds, or is on its way to or from what it holds; leaning: the base may lean on the door.
+    holds, or is on its way to or from what it holds; leaning: the base may lean on the door; grasped: it holds the knob.
     """
 
     path: np.ndarray
@@ -41,13 +41,14 @@ class HandLeg:
     duration: float = 1.0
     touching: bool = True
     leaning: bool = False
+    grasped: bool = False
 
 
 @dataclass(frozen=True)
 class ArmLeg:
     """Joints q (m, 7), base (m, 3) and door angle theta (m,) at even s; the hand is not bound to anything.
 
-    The last three fields are as in `HandLeg`; closing: the door is let go, and its angle follows from the closer.
+    touching, leaning, grasped are as in `HandLeg`; closing: the door is let go, and its angle follows from the closer.
     """
 
     q: np.ndarray
@@ -56,6 +57,7 @@ class ArmLeg:
     duration: float = 1.0
     touching: bool = False
     leaning: bool = False
+    grasped: bool = False
     closing: bool = False
 
 

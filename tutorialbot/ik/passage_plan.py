@@ -18,13 +18,13 @@ from tutorialbot.ik.base_sharing import MOUNT, Shares
 from tutorialbot.ik.passage_legs import hand_pose
 from tutorialbot.ik.singularity_consistent import SphericalArm
 from tutorialbot.scene.closing_door import ClosingDoor
+from tutorialbot.scene.home_robot import PAD_BEHIND, PAD_RADIUS
 
 DEG = np.pi / 180.0
 SWIVELS = np.arange(-12, 12) * (np.pi / 12.0)
 KEEP, KEEP_ITSELF, KEEP_LIMIT = 0.05, 0.03, 0.06  # of a plan: to door and frame, to itself [m], to joint limits [rad]
 UPRIGHT = 0.5  # what a swivel of 1 rad costs, in rad of motion
 MOST_STRETCHED, LEVEL = 0.97, 0.5  # wrist from shoulder, of the arm's reach; least level share of that line
-FINGERS, FINGER_HALF = 0.020, 0.021  # how far the fingers go beyond the tip, how far to the side of its axis [m]
 BACK, READY = 0.11, 0.20  # how far the hand is off what it takes or leaves; and before the first grasp [m]
 REGULAR = 0.12  # |sin q2| and |sin q6|: away from the singularities of shoulder and wrist
 OFF = 0.12  # the base's first bit of way after it has leaned on the door [m]
@@ -96,7 +96,7 @@ def opening_paths(door: ClosingDoor, way: WayPoints, opening: float) -> list[np.
 def through_paths(door: ClosingDoor, way: WayPoints, opening: float) -> list[np.ndarray]:
     """Return samples (m, 8) of HAND, yaw 0, with the hand behind the panel: f (touch), g, h."""
     tilt = way.hold[2]
-    across = door.thickness / 2 + FINGERS * np.cos(tilt) + FINGER_HALF * abs(np.sin(tilt))
+    across = door.thickness / 2 + PAD_RADIUS - PAD_BEHIND * np.cos(tilt)
     held = (door.width + way.hold[0], across, way.hold[1])
     s = np.linspace(0.0, 1.0, SAMPLES)
     contact = contact_point(door, way)

@@ -66,15 +66,17 @@ class NoPlan:
 
 
 def search(
-    arm: SphericalArm, door: ClosingDoor, opening: float, seed: int = 0, way: WayPoints | None = None
-) -> Plan | NoPlan:
+    arm: SphericalArm, door: ClosingDoor, opening: float, seed: int = 0, way: WayPoints | None = None,
+    skipped: int = 0,
+) -> Plan | NoPlan:  # fmt: skip
     """Return a plan that opens the door to `opening` [rad], or what stands in the way.
 
-    way: way points to start from; seed: of the draws, which come only where these do not do.
+    way: way points to start from, by default `fitted`; seed: of the draws, which come where these do not do, or where
+    `skipped` > 0 says that they have been tried.
     """
     first = fitted(door, opening) if way is None else way
     rng, reasons = make_rng(seed, 4), Counter()
-    for number in range(TRIES):
+    for number in range(skipped, skipped + TRIES):
         way = first if number == 0 else vary_opening(first, rng, number)
         paths = opening_paths(door, way, opening)
         found = _options(arm, door, paths, "knob", reasons)
@@ -84,7 +86,7 @@ def search(
         return NoPlan(PHASES[2], _most(reasons), dict(reasons))
     ways, reasons = [*paths], Counter()
     for more in range(TRIES):
-        way = way if more == 0 else vary_through(door, way, rng)
+        way = way if skipped + more == 0 else vary_through(door, way, rng)
         paths = through_paths(door, way, opening)
         after = _options(arm, door, paths, "panel", reasons)
         joined = _join(arm, door, opening, found, after, paths, rng) if after else None
@@ -188,7 +190,8 @@ def _phases(door, opened, gone, between) -> tuple[tuple[Phase, ...], np.ndarray]
     legs += [_turned(path, q, second) for path, q in zip(later, later_q, strict=True)]
     legs[6] = _turned(later[0], later_q[0], later_q[0][:, 0] - yaw)
     hands = [HandLeg(path, "knob" if number < 6 else "panel", (before if number < 6 else after).roll,
-                     (before if number < 6 else after).swivel, hand_duration(path, q), leaning=number in (4, 5, 6, 7))
+                     (before if number < 6 else after).swivel, hand_duration(path, q),
+                     leaning=number in (4, 5, 6, 7), grasped=number in (1, 2, 3, 4))
              for number, (path, q) in enumerate(legs)]  # fmt: skip
     postures = np.array(between) - np.r_[yaw, np.zeros(6)]
     base, theta = legs[5][0][-1, :3], legs[5][0][-1, 3]
