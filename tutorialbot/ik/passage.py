@@ -236,7 +236,7 @@ def _passage(door, opening, plan: Plan, runs, reports, failure) -> Passage:
 def _nothing(door: ClosingDoor, opening: float, plan: NoPlan) -> Passage:
     """A passage that has not begun, since no way points were found."""
     none = np.zeros((0,))
-    failure = Failure(plan.phase, f"no way points: {plan.guard}", -float(sum(plan.reasons.values())))
+    failure = Failure(plan.phase, f"no way points: {plan.guard}", plan.margin)
     return Passage(door, opening, False, (), none, np.zeros((0, 3)), np.zeros((0, 7)), np.zeros((0, 7)), none,
                    none.astype(bool), none.astype(int), none, float("nan"), float("nan"), (), failure, 0, None)  # fmt: skip
 
