@@ -6,16 +6,19 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pinocchio as pin
 from matplotlib.axes import Axes
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Polygon, Rectangle
 
-from tutorialbot.ik.arm_frames import ArmFrames, RobotFrames, elbow_rate
+from tutorialbot.ik.arm_frames import ArmFrames, RobotFrames, arm_frames, elbow_rate
 from tutorialbot.ik.full_workspace import FullWorkspace, reach_at
 from tutorialbot.ik.knob_release import Release
 from tutorialbot.ik.moving_base import Line
+from tutorialbot.ik.passage import Passage
 from tutorialbot.ik.phase_portrait import PhasePortrait
 from tutorialbot.ik.singularity_consistent import SphericalArm, elbow_peak_rate, time_scale
 from tutorialbot.ik.stretch import Followed
 from tutorialbot.plots import AXES_RGB, COLOURS
+from tutorialbot.scene.closing_door import ClosingDoor
+from tutorialbot.scene.home_robot import BASE_RADIUS
 
 OUTCOMES = {"passes": COLOURS["good"], "stalls": COLOURS["lever"], "reflects": COLOURS["bad"]}
 METHODS = {"singularity-consistent": COLOURS["ours"], "pseudo-inverse": COLOURS["bad"], "damped": COLOURS["peer"],
@@ -177,4 +180,31 @@ def plot_reach(ax: Axes, arm: SphericalArm, margin: float = 0.0) -> Axes:
     ax.add_patch(Circle((0.0, 0.0), reach_at(arm, arm.limits[3]), fc="white"))
     ax.plot(0.0, 0.0, "k+")
     ax.set(xlim=(-0.8, 0.8), ylim=(-0.8, 0.8), xlabel="[m]", ylabel="[m]", aspect="equal")
+    return ax
+
+
+def plot_door(ax: Axes, door: ClosingDoor, angles: Sequence[float]) -> Axes:
+    """Draw a door from above [m]: walls and frame, and the panel with its knob at each of `angles` [rad]."""
+    for low, high in door.frame_boxes:
+        if low[2] < 0.5:  # not the lintel
+            ax.add_patch(Rectangle(low[:2], *(high - low)[:2], fc="#c9c3b8", ec="#8d8678", lw=0.6))
+    for k, angle in enumerate(angles, start=1):
+        shade = k / len(angles)
+        ax.add_patch(Polygon(door.panel_corners(angle), fc=COLOURS["door"], ec="black", lw=0.6, alpha=0.3 + 0.7 * shade))
+        ax.plot(*door.knob(angle)[:2], "o", color=COLOURS["lever"], ms=4, alpha=0.3 + 0.7 * shade)
+    ax.set(xlim=(-0.6, 1.9), ylim=(-1.3, 0.9), aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    return ax
+
+
+def plot_plan(ax: Axes, run: Passage, instant: int, arm: SphericalArm | None = None) -> Axes:
+    """Draw one instant of a passage from above [m]: door, base with its way so far, and the arm's joints."""
+    plot_door(ax, run.door, [float(run.door_angle[instant])])
+    base = run.base[instant]
+    frames = arm_frames(SphericalArm() if arm is None else arm, run.q[instant], base)
+    ax.plot(*run.base[: instant + 1, :2].T, color=COLOURS["ours"], lw=0.8)
+    ax.add_patch(Circle(base[:2], BASE_RADIUS, fc=COLOURS["ours"], alpha=0.35))
+    ax.plot(*np.transpose([base[:2], base[:2] + BASE_RADIUS * np.array([np.cos(base[2]), np.sin(base[2])])]), "k-", lw=1)
+    ax.plot(*frames.points[:, :2].T, "o-", color="#333333", lw=2.5, ms=4)
+    colour = COLOURS["good"] if run.grasped[instant] else COLOURS["student"]
+    ax.plot(*frames.points[-1, :2], "o", color=colour, ms=7)
     return ax
