@@ -22,6 +22,7 @@ from tutorialbot.ik.passage_guards import FASTEST, exit_margin, hand, least_elbo
 from tutorialbot.ik.passage_legs import ArmLeg, HandLeg, hand_duration, least_jerk, spline
 from tutorialbot.ik.passage_plan import DEG, KEEP, WayPoints
 from tutorialbot.ik.passage_search import NoPlan, Phase, Plan, search
+from tutorialbot.ik.passage_stays import search_staying
 from tutorialbot.ik.singularity_consistent import SphericalArm
 from tutorialbot.scene.closing_door import ClosingDoor
 from tutorialbot.scene.home_robot import BASE_RADIUS
@@ -111,7 +112,8 @@ def run_passage(
         raise InvalidType("dynamics", dynamics, "True or False")
     arm, seed = SphericalArm(), whole_number("seed", seed)
     for tries in range(1, TRIES + 1):
-        plan = search(arm, door, opening, seed, skipped=tries - 1)
+        look = search_staying if opening >= door.hold_angle else search
+        plan = look(arm, door, opening, seed, skipped=tries - 1)
         passage = _nothing(door, opening, plan) if isinstance(plan, NoPlan) else run_plan(arm, door, opening, plan)
         passage = replace(passage, tries=tries)
         if passage.passed or isinstance(plan, NoPlan):
@@ -236,7 +238,7 @@ def _passage(door, opening, plan: Plan, runs, reports, failure) -> Passage:
 def _nothing(door: ClosingDoor, opening: float, plan: NoPlan) -> Passage:
     """A passage that has not begun, since no way points were found."""
     none = np.zeros((0,))
-    failure = Failure(plan.phase, f"no way points: {plan.guard}", -float(sum(plan.reasons.values())))
+    failure = Failure(plan.phase, f"no way points: {plan.guard}", plan.margin)
     return Passage(door, opening, False, (), none, np.zeros((0, 3)), np.zeros((0, 7)), np.zeros((0, 7)), none,
                    none.astype(bool), none.astype(int), none, float("nan"), float("nan"), (), failure, 0, None)  # fmt: skip
 

@@ -96,6 +96,7 @@ def follow(arm: SphericalArm, leg: HandLeg, q: np.ndarray, n: int = 2, nearest: 
             k4, b4 = _rates(arm, rows, place + 2.0 * b3, q + step * k3, fix, turn, spin, n)
         except ValueError:  # a joint beyond its limits
             stop = "limits"
+            kept = kept or [(place, here, q, np.zeros(7), 0.0, off)]
             break
         q = q + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
         place = min(place + (b1 + 2.0 * b2 + 2.0 * b3 + b4) / 3.0, last)
@@ -170,10 +171,5 @@ def move_arm(leg: ArmLeg) -> Piece:
     times = instants(leg)
     s, rate = least_jerk(times / leg.duration)
     rate = rate[:, None] / leg.duration
-    at = np.linspace(0.0, 1.0, len(leg.q))
-    straight = len(leg.q) == 2
-    q, rates = (leg.q[0] + s[:, None] * (leg.q[1] - leg.q[0]), rate * (leg.q[1] - leg.q[0])) if straight else (
-        spline(leg.q)(s), spline(leg.q)(s, 1) * rate)  # fmt: skip
-    base = np.stack([np.interp(s, at, column) for column in leg.base.T], axis=-1)
-    zero = np.zeros(len(times))
-    return Piece(times, base, q, rates, np.interp(s, at, leg.theta), zero, zero + 1.0)
+    q, zero = spline(leg.q), np.zeros(len(times))
+    return Piece(times, spline(leg.base)(s), q(s), q(s, 1) * rate, spline(leg.theta)(s), zero, zero + 1.0)

@@ -80,13 +80,13 @@ def opening_paths(door: ClosingDoor, way: WayPoints, opening: float) -> list[np.
     arrived = clearance.in_panel(little[-1:, None, :2], little[-1:, 3])[0, 0]
     wide = np.array([edge + way.wide[0], way.wide[1]])
     theta = way.little + s * (opening - way.little)
-    spread = _to_world(arrived + s[:, None] * (wide - arrived), theta)
+    spread = to_world(arrived + s[:, None] * (wide - arrived), theta)
     wider = _path(spread, theta, way.pivots[1] + s * (way.pivots[2] - way.pivots[1]), knob)
     corners = np.array([way.wide, *way.around]) + [edge, 0.0]
-    turned = _through(np.column_stack([corners, way.pivots[2:]]), 2 * SAMPLES - 1)
-    round_ = _path(_to_world(turned[:, :2], opening), opening, turned[:, 2], knob)
+    turned = spline_through(np.column_stack([corners, way.pivots[2:]]), 2 * SAMPLES - 1)
+    round_ = _path(to_world(turned[:, :2], opening), opening, turned[:, 2], knob)
     contact = contact_point(door, way)
-    leaned = _path(_to_world(turned[-1, :2] + s[:, None] * (contact - turned[-1, :2]), opening), opening,
+    leaned = _path(to_world(turned[-1, :2] + s[:, None] * (contact - turned[-1, :2]), opening), opening,
                    way.pivots[-1], knob)  # fmt: skip
     let_go = back_off(leaned[-1], "knob", BACK * s[: SAMPLES // 2 + 1] / s[SAMPLES // 2])
     grasp = back_off(little[0], "knob", READY * (1.0 - s))
@@ -101,8 +101,8 @@ def through_paths(door: ClosingDoor, way: WayPoints, opening: float) -> list[np.
     s = np.linspace(0.0, 1.0, SAMPLES)
     contact = contact_point(door, way)
     off = contact + OFF * np.array([np.cos(way.off), np.sin(way.off)])
-    leaves = [*_to_world(np.array([contact, off]), opening), way.aside, way.inside]
-    moved = _path(_through(np.array(leaves), 2 * SAMPLES - 1), opening, tilt, held)
+    leaves = [*to_world(np.array([contact, off]), opening), way.aside, way.inside]
+    moved = _path(spline_through(np.array(leaves), 2 * SAMPLES - 1), opening, tilt, held)
     inside, through = np.array(way.inside), np.array(way.through)
     gone = _path(inside + s[:, None] * (through - inside), opening + s * (way.nearly - opening), tilt, held)
     touch = back_off(moved[0], "panel", BACK * (1.0 - s[::2]))
@@ -132,7 +132,7 @@ def _shared(door: ClosingDoor, way: WayPoints, start: np.ndarray, s: np.ndarray,
     turning = (way.pivots[1] - way.pivots[0]) - way.little  # of the hand, d/ds
 
     def rate(at: float, base: np.ndarray) -> np.ndarray:
-        tip = _to_world(knob[None, :2], at * way.little)[0]
+        tip = to_world(knob[None, :2], at * way.little)[0]
         v, omega = way.little * np.array([tip[1], -tip[0]]), shares.yaw * turning
         nu_mb = np.array([shares.x, shares.y]) * v
         return nu_mb - omega * np.array([base[1] - tip[1], tip[0] - base[0]])
@@ -152,25 +152,26 @@ def _path(base: np.ndarray, theta, pivot, hand: tuple[float, float, float]) -> n
     return path
 
 
-def _to_world(points: np.ndarray, theta) -> np.ndarray:
+def to_world(points: np.ndarray, theta) -> np.ndarray:
     return clearance.in_panel(points[:, None], np.broadcast_to(-np.asarray(theta), len(points)))[:, 0]
 
 
-def _through(points: np.ndarray, count: int) -> np.ndarray:
+def spline_through(points: np.ndarray, count: int) -> np.ndarray:
     """Return `count` samples of a cubic spline through `points` (k, ...), as far apart in s as in the plane."""
     length = np.r_[0.0, np.cumsum(np.hypot(*np.diff(points[:, :2], axis=0).T))]
     return CubicSpline(length / length[-1], points)(np.linspace(0.0, 1.0, count))
 
 
-def footprint(door: ClosingDoor, paths: list[np.ndarray], keep: float = KEEP) -> bool:
-    """Whether the base keeps its distance from door and frame along `paths`, but for leaning on the door.
+def footprint(door: ClosingDoor, paths: list[np.ndarray], keep: float = KEEP) -> float:
+    """Return by how much the base keeps more than `keep` [m] from door and frame along `paths`, < 0: less.
 
-    It comes to lean (fifth path of `opening_paths`) or leaves (second of `through_paths`) without going back and forth.
+    Not counted is that it leans on the door: at one end of `paths`, without going back and forth.
     """
     path = np.vstack(paths)
     panel, frame = clearance.base_alone(door, path[:, 3], path[:, :2])
-    near = panel < keep
-    return bool(frame.min() > keep and (panel > -1e-6).all() and _one_end(near, panel))
+    leans = _one_end(panel < keep, panel)
+    counted = panel.min() + (0.0 if panel.min() < -1e-6 else keep + 1e-6) if leans else panel.min()
+    return float(min(frame.min(), counted) - keep)
 
 
 def _one_end(near: np.ndarray, panel: np.ndarray) -> bool:
@@ -183,33 +184,39 @@ def _one_end(near: np.ndarray, panel: np.ndarray) -> bool:
     return bool(near[first : last + 1].all() and (falls or grows))
 
 
-def options(arm: SphericalArm, door: ClosingDoor, paths: list[np.ndarray], grip: str) -> list[Option]:
+def options(
+    arm: SphericalArm, door: ClosingDoor, paths: list[np.ndarray], grip: str
+) -> tuple[list[Option], str, float]:
     """Return all ways for the arm to do `paths` with one swivel and one branch, that of the least effort first.
 
     They keep KEEP to door and frame (the hand apart), KEEP_ITSELF and KEEP_LIMIT; joint 1 is left to the base's yaw.
+    Where there are none, also the guard that stops the best, and its margin [m, rad]: "reach", "level" (the hand is
+    straight above the shoulder), "clearance", "limits".
     """
     path = np.vstack(paths)
     rotation, position = hand_pose(path, grip, 0.0)
     local = position - np.column_stack([path[:, :2], np.full(len(path), MOUNT)])
     stretched, level = _line(arm, rotation, local)
-    if stretched.max() > MOST_STRETCHED or level.min() < LEVEL:
-        return []
-    q, reached = srs.inverse(arm, rotation, local, SWIVELS[:, None])
-    safe = np.flatnonzero(_keeps(arm, door, path, q) & reached.all(axis=1))
+    for guard, margin in (("reach", (MOST_STRETCHED - stretched.max()) * arm.reach), ("level", level.min() - LEVEL)):
+        if margin < 0.0:
+            return [], guard, float(margin)
+    distance = _distance(arm, door, path, srs.inverse(arm, rotation, local, SWIVELS[:, None])[0])
+    safe = np.flatnonzero(distance > 0.0)
     if not len(safe):
-        return []
-    found, ends = [], np.cumsum([len(p) for p in paths])[:-1]
+        return [], "clearance", float(distance.max())
+    found, best, ends = [], -np.inf, np.cumsum([len(p) for p in paths])[:-1]
     for roll in (0.0, np.pi):
         rotation = hand_pose(path, grip, roll)[0]
         for branch in srs.BRANCHES:
             q = np.unwrap(srs.inverse(arm, rotation, local, SWIVELS[safe, None], branch)[0], axis=1)
-            within = (np.abs(q[..., 1:]) < np.array(arm.limits)[1:] - KEEP_LIMIT).all(axis=(1, 2))
-            within &= (np.abs(np.sin(q[..., [1, 5]])) > REGULAR).all(axis=(1, 2))
-            for k in np.flatnonzero(within):
+            margin = (np.array(arm.limits)[1:] - KEEP_LIMIT - np.abs(q[..., 1:])).min(axis=(1, 2))
+            margin = np.minimum(margin, np.abs(np.sin(q[..., [1, 5]])).min(axis=(1, 2)) - REGULAR)
+            best = max(best, margin.max())
+            for k in np.flatnonzero(margin > 0.0):
                 swivel = float(SWIVELS[safe[k]])
                 effort = np.abs(np.diff(q[k, :, 1:], axis=0)).max(axis=1).sum() + UPRIGHT * abs(swivel)
                 found.append(Option(swivel, branch, roll, tuple(np.split(q[k], ends)), float(effort)))
-    return sorted(found, key=lambda option: option.effort)
+    return sorted(found, key=lambda option: option.effort), "limits", float(best)
 
 
 def _line(arm: SphericalArm, rotation: np.ndarray, local: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -219,12 +226,11 @@ def _line(arm: SphericalArm, rotation: np.ndarray, local: np.ndarray) -> tuple[n
     return r / arm.reach, np.hypot(line[:, 0], line[:, 1]) / r
 
 
-def _keeps(arm: SphericalArm, door: ClosingDoor, path: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Which swivels keep all distances along `path` (m, 8); q (k, m, 7)."""
+def _distance(arm: SphericalArm, door: ClosingDoor, path: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """By how much each swivel keeps its distances along `path` (m, 8), the least (k,) [m]; q (k, m, 7)."""
     k, m, _ = q.shape
     base, theta = np.tile(np.column_stack([path[:, :2], np.zeros(m)]), (k, 1)), np.tile(path[:, 3], k)
     far = clearance.measure(arm, door, theta, base, q.reshape(-1, 7))
-    arm_apart = np.minimum(far.panel[:, 1:3], far.knob[:, 1:3]).min(axis=1)
-    apart = np.minimum(arm_apart, far.frame[:, 1:].min(axis=1)) > KEEP
-    apart &= (far.panel[:, 3] > 0.01) & (far.itself > KEEP_ITSELF) & (far.deck > KEEP_ITSELF)
-    return apart.reshape(k, m).all(axis=1)
+    apart = np.minimum(np.minimum(far.panel[:, 1:3], far.knob[:, 1:3]).min(axis=1), far.frame[:, 1:].min(axis=1))
+    apart = np.minimum(apart - KEEP, np.minimum(far.itself, far.deck) - KEEP_ITSELF)
+    return np.minimum(apart, far.panel[:, 3] - 0.01).reshape(k, m).min(axis=1)

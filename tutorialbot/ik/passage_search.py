@@ -32,7 +32,7 @@ PHASES = (
     "a grasp", "b open a little", "c open wide", "d turn about the knob", "e keep with the base", "f hold with the arm",
     "g move the base", "h go through", "i let go",
 )  # fmt: skip
-TRIES = 400  # draws of way points for each half of the passage
+TRIES = 600  # draws of way points for each half of the passage
 PAIRS = 6  # postures before and after (f) that are tried together
 BENT = 0.4  # the elbow in free motions, at least [rad]
 BEHIND = 0.30  # the hand's distance from the closed door at the end [m]
@@ -58,11 +58,38 @@ class Plan:
 
 @dataclass(frozen=True)
 class NoPlan:
-    """No way points were found: the phase that has none, and what was wrong with those that were tried, how often."""
+    """No way points were found: the phase that has none, the guard that stopped most of them, the best margin of it.
+
+    reasons: how often each guard stopped one.
+    """
 
     phase: str
     guard: str
+    margin: float
     reasons: dict[str, int]
+
+
+@dataclass
+class Tally:
+    """How often each guard stopped way points, and the best margin [m, rad] there was."""
+
+    count: Counter
+    best: dict[str, float]
+
+    @classmethod
+    def empty(cls) -> "Tally":
+        """Return a tally of nothing."""
+        return cls(Counter(), {})
+
+    def add(self, guard: str, margin: float) -> None:
+        """Count one more, and keep the better margin."""
+        self.count[guard] += 1
+        self.best[guard] = max(margin, self.best.get(guard, -np.inf))
+
+    def result(self, phase: str) -> NoPlan:
+        """Name the guard that stopped most."""
+        guard = max(self.count, key=self.count.get)
+        return NoPlan(phase, guard, self.best[guard], dict(self.count))
 
 
 def search(
@@ -75,26 +102,27 @@ def search(
     `skipped` > 0 says that they have been tried.
     """
     first = fitted(door, opening) if way is None else way
-    rng, reasons = make_rng(seed, 4), Counter()
+    rng, tally = make_rng(seed, 4), Tally.empty()
     for number in range(skipped, skipped + TRIES):
         way = first if number == 0 else vary_opening(first, rng, number)
         paths = opening_paths(door, way, opening)
-        found = _options(arm, door, paths, "knob", reasons)
+        found = tried(arm, door, paths, "knob", tally)
         if found:
             break
     else:
-        return NoPlan(PHASES[2], _most(reasons), dict(reasons))
-    ways, reasons = [*paths], Counter()
+        return tally.result(PHASES[2])
+    ways, tally = [*paths], Tally.empty()
     for more in range(TRIES):
         way = way if skipped + more == 0 else vary_through(door, way, rng)
         paths = through_paths(door, way, opening)
-        after = _options(arm, door, paths, "panel", reasons)
+        after = tried(arm, door, paths, "panel", tally)
         joined = _join(arm, door, opening, found, after, paths, rng) if after else None
         if joined:
             before, after, between = joined
-            return Plan(*_phases(door, (ways, before), (paths, after), between), way, number + more + 2)
-        reasons["no free motion of the arm"] += bool(after)
-    return NoPlan(PHASES[5] if reasons["no free motion of the arm"] else PHASES[6], _most(reasons), dict(reasons))
+            return Plan(*_phases(arm, door, (ways, before), (paths, after), between), way, number + more + 2)
+        if after:
+            tally.add("free motion", -1.0)
+    return tally.result(PHASES[5] if tally.count["free motion"] else PHASES[6])
 
 
 def fitted(door: ClosingDoor, opening: float) -> WayPoints:
@@ -128,24 +156,23 @@ def vary_through(door: ClosingDoor, way: WayPoints, rng: np.random.Generator) ->
     return replace(
         way,
         hold=tuple(rng.uniform((-0.55, 0.85, -0.3), (-0.2, 1.1, 0.3)).tolist()),
-        aside=tuple(rng.uniform((0.4 * door.width, -0.6), (0.75 * door.width, -0.3)).tolist()),
+        aside=tuple(rng.uniform((0.4 * door.width, -0.6), (door.width, -0.3)).tolist()),
         inside=tuple(rng.uniform((left, -0.25), (right, 0.2)).tolist()),
         through=tuple(rng.uniform((left, 0.25), (right, 0.5)).tolist()),
         nearly=float(rng.uniform(10.0 * DEG, 45.0 * DEG)),
     )
 
 
-def _options(arm, door, paths, grip, reasons) -> list[Option]:
-    if not footprint(door, paths):
-        reasons["footprint"] += 1
+def tried(arm: SphericalArm, door: ClosingDoor, paths: list[np.ndarray], grip: str, tally: Tally) -> list[Option]:
+    """Return the options for `paths`, and count what is wrong when there are none."""
+    margin = footprint(door, paths)
+    if margin < 0.0:
+        tally.add("footprint", margin)
         return []
-    found = options(arm, door, paths, grip)
-    reasons["arm"] += not found
+    found, guard, margin = options(arm, door, paths, grip)
+    if not found:
+        tally.add(guard, margin)
     return found
-
-
-def _most(reasons: Counter) -> str:
-    return max(reasons, key=reasons.get)
 
 
 def _join(arm, door, opening, before, after, paths, rng) -> tuple[Option, Option, list] | None:
@@ -176,48 +203,68 @@ def _join(arm, door, opening, before, after, paths, rng) -> tuple[Option, Option
     return None
 
 
-def _phases(door, opened, gone, between) -> tuple[tuple[Phase, ...], np.ndarray]:
+def _phases(arm, door, opened, gone, between) -> tuple[tuple[Phase, ...], np.ndarray]:
     """Legs of all phases, and the joints at the start; now the base's yaw comes in (see `passage_plan`)."""
     (paths, before), (later, after) = opened, gone
     yaw = (between[0][0] + between[-1][0]) / 2.0  # of the base in (e) and (f): joint 1 turns to both sides
+    hands, start = hand_legs(arm, paths, before, before.joints[4][-1, 0] - yaw)
     shift = round((between[-1][0] - after.joints[0][0, 0]) / (2.0 * np.pi)) * 2.0 * np.pi
-    later_q = [q + np.r_[shift, np.zeros(6)] for q in after.joints]
-    first, second = before.joints[4][-1, 0] - yaw, later_q[0][-1, 0] - yaw  # joint 1 from (c) to (e), and from (g) on
-    legs = [_turned(path, q, first) for path, q in zip(paths, before.joints, strict=True)]
-    legs[1] = _shared_yaw(*legs[1], paths[1], before.joints[1])
-    for number, turned in ((0, legs[1][0][0, 2]), (5, yaw)):  # the base stands
-        legs[number] = _turned(paths[number], before.joints[number], before.joints[number][:, 0] - turned)
-    legs += [_turned(path, q, second) for path, q in zip(later, later_q, strict=True)]
-    legs[6] = _turned(later[0], later_q[0], later_q[0][:, 0] - yaw)
-    hands = [HandLeg(path, "knob" if number < 6 else "panel", (before if number < 6 else after).roll,
-                     (before if number < 6 else after).swivel, hand_duration(path, q),
-                     leaning=number in (4, 5, 6, 7), grasped=number in (1, 2, 3, 4))
-             for number, (path, q) in enumerate(legs)]  # fmt: skip
-    postures = np.array(between) - np.r_[yaw, np.zeros(6)]
-    base, theta = legs[5][0][-1, :3], legs[5][0][-1, 3]
-    free = [ArmLeg(np.array(two), np.tile(base, (2, 1)), np.full(2, theta), arm_duration(np.array(two)), leaning=True)
-            for two in zip(postures[:-1], postures[1:], strict=True)]  # fmt: skip
-    groups = [[hands[0]], [hands[1]], [hands[2]], [hands[3]], [hands[4], hands[5]], [*free, hands[6]], [hands[7]],
-              [hands[8]], [_leave(door, *legs[8])]]  # fmt: skip
-    return tuple(Phase(name, tuple(group)) for name, group in zip(PHASES, groups, strict=True)), legs[0][1][0]
+    joints = [q + np.r_[shift, np.zeros(6)] for q in after.joints]
+    kept = joints[0][-1, 0] - yaw  # joint 1 from (g) on
+    moved = [_turned(later[0], joints[0], joints[0][:, 0] - yaw)]
+    moved += [_steadier(arm, path, q, kept) for path, q in zip(later[1:], joints[1:], strict=True)]
+    hands += [HandLeg(path, "panel", after.roll, after.swivel, hand_duration(path, q), leaning=number < 2)
+              for number, (path, q) in enumerate(moved)]  # fmt: skip
+    postures, here = np.array(between) - np.r_[yaw, np.zeros(6)], hands[5].path[-1]
+    free = [ArmLeg(np.array(two), np.tile(here[:3], (2, 1)), np.full(2, here[3]), arm_duration(np.array(two)),
+                   leaning=True) for two in zip(postures[:-1], postures[1:], strict=True)]  # fmt: skip
+    groups = [*([hand] for hand in hands[:4]), hands[4:6], [*free, hands[6]], [hands[7]], [hands[8]],
+              [_leave(*moved[2])]]  # fmt: skip
+    return tuple(Phase(name, tuple(group)) for name, group in zip(PHASES, groups, strict=True)), start
 
 
-def _turned(path: np.ndarray, q: np.ndarray, kept) -> tuple[np.ndarray, np.ndarray]:
-    """The same with the base turned so that joint 1 is `kept`."""
+def hand_legs(
+    arm: SphericalArm, paths: list[np.ndarray], option: Option, kept: float
+) -> tuple[list[HandLeg], np.ndarray]:
+    """Return legs for `paths` with the hand at the knob, and the joints (7,) at their start.
+
+    The first is the grasp, the second (b), the last lets go; the base stands in the first and in the last. kept [rad]:
+    joint 1 at the ends of those between.
+    """
+    legs = [_steadier(arm, path, q, kept) for path, q in zip(paths, option.joints, strict=True)]
+    legs[1] = _shared_yaw(legs[1][0], paths[1], option.joints[1])
+    for number, yaw in ((0, legs[1][0][0, 2]), (len(paths) - 1, legs[-2][0][-1, 2])):
+        legs[number] = _turned(paths[number], option.joints[number], option.joints[number][:, 0] - yaw)
+    last = len(legs) - 1
+    hands = [HandLeg(path, "knob", option.roll, option.swivel, hand_duration(path, q), leaning=number > 3,
+                     grasped=0 < number < last) for number, (path, q) in enumerate(legs)]  # fmt: skip
+    return hands, legs[0][1][0]
+
+
+def _turned(path: np.ndarray, q: np.ndarray, kept: float | np.ndarray, even: bool = False) -> tuple:
+    """The same with the base turned so that joint 1 is `kept`; `even`: at both ends, the base turns evenly between."""
     path, q = path.copy(), q.copy()
-    path[:, 2] = q[:, 0] - kept
-    q[:, 0] = kept
+    yaw = q[:, 0] - kept
+    if even:
+        yaw = np.linspace(yaw[0], yaw[-1], len(yaw))
+    path[:, 2], q[:, 0] = yaw, q[:, 0] - yaw
     return path, q
 
 
-def _shared_yaw(path, _, bare, absolute, share: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
+def _steadier(arm: SphericalArm, path: np.ndarray, q: np.ndarray, kept: float) -> tuple[np.ndarray, np.ndarray]:
+    """The base turns evenly if joint 1 allows, else with the arm."""
+    turned = _turned(path, q, kept, even=True)
+    return turned if np.abs(turned[1][:, 0]).max() < arm.limits[0] - KEEP_LIMIT else _turned(path, q, kept)
+
+
+def _shared_yaw(path, bare, absolute, share: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
     """Phase (b): the base turns by `share` of the hand's turn, to where (c) begins."""
     hand = bare[:, 4] - bare[:, 3]
     yaw = path[-1, 2] + share * (hand - hand[-1])
     return _turned(bare, absolute, absolute[:, 0] - yaw)
 
 
-def _leave(door: ClosingDoor, path: np.ndarray, q: np.ndarray) -> ArmLeg:
+def _leave(path: np.ndarray, q: np.ndarray) -> ArmLeg:
     """Phase (i): the base drives on and takes the arm along, as it is; the door is let go."""
     c, s = np.cos(path[-1, 3]), np.sin(path[-1, 3])
     hand = c * path[-1, 6] - s * path[-1, 5]  # y of the hand in the world
