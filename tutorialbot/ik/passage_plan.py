@@ -36,10 +36,11 @@ class WayPoints:
     """All numbers of a passage that are not the door's. Lengths in m, angles in rad; pairs are (along, across) or x, y.
 
     start: base before the closed door; little: door angle of (b); wide: base at the end of (c); around: base on its way
-    round the free edge in (d); lean: direction in which the base leans on the free edge's corner, off: in which it leaves it; pivots: turn of the
-    hand about the knob at the start, after (b), at `wide` and at each point of `around`; hold: where the hand holds the
-    panel from behind, along beyond the edge (negative), height, turn; aside, inside, through: base, in the world, on
-    the way to the doorway, in it at the end of (g), behind it at the end of (h); nearly: door angle at the end of (h).
+    round the free edge in (d); lean: where the base's centre is from the corner that it leans on, off: which way it
+    leaves it; pivots: turn of the hand about the knob at the start, after (b), at `wide`, at each point of `around`;
+    hold: where the hand holds the panel from behind, along beyond the edge (negative), height, turn; aside, inside,
+    through: base, in the world, on the way to the doorway, in it at the end of (g), behind it at the end of (h);
+    nearly: door angle at the end of (h).
     """
 
     start: tuple[float, float] = (0.13, -0.62)

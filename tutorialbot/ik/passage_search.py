@@ -94,16 +94,16 @@ class Tally:
 
 def search(
     arm: SphericalArm, door: ClosingDoor, opening: float, seed: int = 0, way: WayPoints | None = None,
-    skipped: int = 0,
+    skipped: int = 0, draws: int = TRIES,
 ) -> Plan | NoPlan:  # fmt: skip
     """Return a plan that opens the door to `opening` [rad], or what stands in the way.
 
     way: way points to start from, by default `fitted`; seed: of the draws, which come where these do not do, or where
-    `skipped` > 0 says that they have been tried.
+    `skipped` > 0 says that they have been tried; draws: how many are looked at for either half of the passage.
     """
     first = fitted(door, opening) if way is None else way
     rng, tally = make_rng(seed, 4), Tally.empty()
-    for number in range(skipped, skipped + TRIES):
+    for number in range(skipped, skipped + draws):
         way = first if number == 0 else vary_opening(first, rng, number)
         paths = opening_paths(door, way, opening)
         found = tried(arm, door, paths, "knob", tally)
@@ -112,7 +112,7 @@ def search(
     else:
         return tally.result(PHASES[2])
     ways, tally = [*paths], Tally.empty()
-    for more in range(TRIES):
+    for more in range(draws):
         way = way if skipped + more == 0 else vary_through(door, way, rng)
         paths = through_paths(door, way, opening)
         after = tried(arm, door, paths, "panel", tally)
@@ -157,6 +157,7 @@ def vary_through(door: ClosingDoor, way: WayPoints, rng: np.random.Generator) ->
         way,
         hold=tuple(rng.uniform((-0.55, 0.85, -0.3), (-0.2, 1.1, 0.3)).tolist()),
         aside=tuple(rng.uniform((0.4 * door.width, -0.6), (door.width, -0.3)).tolist()),
+        off=float(rng.uniform(60.0 * DEG, 100.0 * DEG)),
         inside=tuple(rng.uniform((left, -0.25), (right, 0.2)).tolist()),
         through=tuple(rng.uniform((left, 0.25), (right, 0.5)).tolist()),
         nearly=float(rng.uniform(10.0 * DEG, 45.0 * DEG)),

@@ -9,7 +9,7 @@ import numpy as np
 from tutorialbot.ik import passage_clearance as clearance
 from tutorialbot.ik.passage_connect import connect
 from tutorialbot.ik.passage_guards import STAYING
-from tutorialbot.ik.passage_legs import BASE_SPEED, ArmLeg, arm_duration, duration, hand_duration
+from tutorialbot.ik.passage_legs import BASE_SPEED, ArmLeg, arm_duration, duration
 from tutorialbot.ik.passage_plan import (
     BACK,
     KEEP,
@@ -47,10 +47,16 @@ AROUND = 0.12  # from the base to the free edge on its way round [m]
 BEYOND = 0.45  # how far the base goes on after `through` [m]
 
 
-def search_staying(arm: SphericalArm, door: ClosingDoor, opening: float, seed: int = 0, skipped: int = 0):
-    """Return a Plan that opens the door to `opening` [rad], beyond its hold angle, and drives through, or NoPlan."""
-    first, rng, tally = fitted(door, opening), make_rng(seed, 5), Tally.empty()
-    for number in range(skipped, skipped + TRIES):
+def search_staying(
+    arm: SphericalArm, door: ClosingDoor, opening: float, seed: int = 0, way: WayPoints | None = None,
+    skipped: int = 0, draws: int = TRIES,
+) -> Plan | NoPlan:  # fmt: skip
+    """Return a plan that opens the door to `opening` [rad], beyond its hold angle, and drives through, or why not.
+
+    Arguments as in `search`.
+    """
+    first, rng, tally = fitted(door, opening) if way is None else way, make_rng(seed, 5), Tally.empty()
+    for number in range(skipped, skipped + draws):
         way = first if number == 0 else vary_opening(first, rng, number)
         paths = _paths(door, way, opening)
         found = tried(arm, door, paths, "knob", tally)
@@ -62,8 +68,8 @@ def search_staying(arm: SphericalArm, door: ClosingDoor, opening: float, seed: i
     else:
         return tally.result(PHASES[2])
     tally = Tally.empty()
-    for more in range(TRIES):
-        way = way if more == 0 else vary_through(door, way, rng)
+    for more in range(draws):
+        way = way if skipped + more == 0 else vary_through(door, way, rng)
         drives = _drives(door, way, opening)
         margin = _drive_margin(arm, door, opening, drives, fold[1][-1])
         if margin > 0.0:
