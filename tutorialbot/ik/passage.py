@@ -22,6 +22,7 @@ from tutorialbot.ik.passage_guards import FASTEST, exit_margin, hand, least_elbo
 from tutorialbot.ik.passage_legs import ArmLeg, HandLeg, hand_duration, least_jerk, spline
 from tutorialbot.ik.passage_plan import DEG, KEEP, WayPoints
 from tutorialbot.ik.passage_search import NoPlan, Phase, Plan, search
+from tutorialbot.ik.passage_stays import search_staying
 from tutorialbot.ik.singularity_consistent import SphericalArm
 from tutorialbot.scene.closing_door import ClosingDoor
 from tutorialbot.scene.home_robot import BASE_RADIUS
@@ -68,7 +69,7 @@ class Passage:
     door_angle (n,) (measured, when it was played in MuJoCo, else as planned); grasped (n,): the hand holds the knob;
     phase (n,): number in `phases`; scale (n,): b; min_clearance [m]: base and arm from frame and door, holding pads
     apart; max_tip_error [m]; reports: one for each phase; failure: None when passed; tries: with how many sets of way
-    points; way: the last of them; replay: MuJoCo's answer, None without; angle_gap [rad]: how far its door was from
+    points; looked_at: how many the search for them looked at; way: the last of them; replay: MuJoCo's answer, None without; angle_gap [rad]: how far its door was from
     the planned angle, up to (h).
     """
 
@@ -89,6 +90,7 @@ class Passage:
     reports: tuple[PhaseReport, ...]
     failure: Failure | None
     tries: int
+    looked_at: int
     way: WayPoints | None
     replay: object = None
     angle_gap: float = float("nan")
@@ -105,18 +107,33 @@ def run_passage(
     Raises InvalidType or InvalidValue for what is no ClosingDoor, a doorway that the robot does not fit through, an
     opening below 10 degrees or beyond the door's own stop, a seed that is no whole number >= 0.
     """
-    door = _checked_door(ClosingDoor() if door is None else door)
-    opening = finite_number("opening_deg", opening_deg, LEAST_OPENING / DEG, door.open_limit / DEG) * DEG
-    if not isinstance(dynamics, bool):
-        raise InvalidType("dynamics", dynamics, "True or False")
+    door, opening = _checked(ClosingDoor() if door is None else door, opening_deg, dynamics)
     arm, seed = SphericalArm(), whole_number("seed", seed)
     for tries in range(1, TRIES + 1):
-        plan = search(arm, door, opening, seed, skipped=tries - 1)
+        plan = _look(door, opening)(arm, door, opening, seed, skipped=tries - 1)
         passage = _nothing(door, opening, plan) if isinstance(plan, NoPlan) else run_plan(arm, door, opening, plan)
         passage = replace(passage, tries=tries)
         if passage.passed or isinstance(plan, NoPlan):
             break
     return _in_mujoco(passage) if dynamics and passage.passed else passage
+
+
+def run_with(
+    way: WayPoints, door: ClosingDoor | None = None, *, opening_deg: float = 70, dynamics: bool = False
+) -> Passage:
+    """The same with given way points, which are taken as they are: no other ones are looked for."""
+    if not isinstance(way, WayPoints):
+        raise InvalidType("way", way, "WayPoints")
+    door, opening = _checked(ClosingDoor() if door is None else door, opening_deg, dynamics)
+    arm = SphericalArm()
+    plan = _look(door, opening)(arm, door, opening, way=way, draws=1)
+    passage = _nothing(door, opening, plan) if isinstance(plan, NoPlan) else run_plan(arm, door, opening, plan)
+    return _in_mujoco(passage) if dynamics and passage.passed else passage
+
+
+def _look(door: ClosingDoor, opening: float):
+    """The search that this opening needs."""
+    return search_staying if opening >= door.hold_angle else search
 
 
 def run_plan(arm: SphericalArm, door: ClosingDoor, opening: float, plan: Plan) -> Passage:
@@ -230,15 +247,15 @@ def _passage(door, opening, plan: Plan, runs, reports, failure) -> Passage:
     nearest = min(report.nearest for report in reports)
     names = tuple(report.name for report in reports)
     return Passage(door, opening, failure is None, names, *merged, nearest, float(error), tuple(reports), failure, 1,
-                   plan.way)  # fmt: skip
+                   plan.tried, plan.way)  # fmt: skip
 
 
 def _nothing(door: ClosingDoor, opening: float, plan: NoPlan) -> Passage:
     """A passage that has not begun, since no way points were found."""
-    none = np.zeros((0,))
+    none, joints, nan = np.zeros(0), np.zeros((0, 7)), float("nan")
     failure = Failure(plan.phase, f"no way points: {plan.guard}", plan.margin)
-    return Passage(door, opening, False, (), none, np.zeros((0, 3)), np.zeros((0, 7)), np.zeros((0, 7)), none,
-                   none.astype(bool), none.astype(int), none, float("nan"), float("nan"), (), failure, 0, None)  # fmt: skip
+    return Passage(door, opening, False, (), none, np.zeros((0, 3)), joints, joints, none, none.astype(bool),
+                   none.astype(int), none, nan, nan, (), failure, 0, sum(plan.reasons.values()), None)  # fmt: skip
 
 
 def _in_mujoco(passage: Passage) -> Passage:
@@ -262,12 +279,15 @@ def _in_mujoco(passage: Passage) -> Passage:
                    failure=failure)  # fmt: skip
 
 
-def _checked_door(door: ClosingDoor) -> ClosingDoor:
+def _checked(door: ClosingDoor, opening_deg: float, dynamics: bool) -> tuple[ClosingDoor, float]:
+    """The door and the opening [rad], or an error."""
     if not isinstance(door, ClosingDoor):
         raise InvalidType("door", door, "a ClosingDoor")
     left, right = door.opening
     needed = 2.0 * (BASE_RADIUS + KEEP)
     if right - left < needed:
-        raise InvalidValue("door", f"ClosingDoor with an opening of {right - left:.3f} m",
-                           f"an opening of at least {needed:.2f} m: the robot's base is {2 * BASE_RADIUS:.2f} m wide")  # fmt: skip
-    return door
+        wanted = f"an opening of at least {needed:.2f} m: the robot's base is {2 * BASE_RADIUS:.2f} m wide"
+        raise InvalidValue("door", f"ClosingDoor with an opening of {right - left:.3f} m", wanted)
+    if not isinstance(dynamics, bool):
+        raise InvalidType("dynamics", dynamics, "True or False")
+    return door, finite_number("opening_deg", opening_deg, LEAST_OPENING / DEG, door.open_limit / DEG) * DEG

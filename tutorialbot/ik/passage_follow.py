@@ -96,6 +96,7 @@ def follow(arm: SphericalArm, leg: HandLeg, q: np.ndarray, n: int = 2, nearest: 
             k4, b4 = _rates(arm, rows, place + 2.0 * b3, q + step * k3, fix, turn, spin, n)
         except ValueError:  # a joint beyond its limits
             stop = "limits"
+            kept = kept or [(place, here, q, np.zeros(7), 0.0, off)]
             break
         q = q + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
         place = min(place + (b1 + 2.0 * b2 + 2.0 * b3 + b4) / 3.0, last)

@@ -14,7 +14,7 @@ from tutorialbot.ik.passage_legs import ArmLeg, HandLeg
 from tutorialbot.ik.passage_plan import WayPoints
 from tutorialbot.ik.singularity_consistent import SphericalArm
 from tutorialbot.scene.closing_door import ClosingDoor
-from tutorialbot.scene.home_robot import ANCHOR_HEIGHT, BASE_RADIUS, PAD_BEHIND, PAD_RADIUS
+from tutorialbot.scene.home_robot import ANCHOR_HEIGHT, PAD_BEHIND, PAD_RADIUS
 
 CLEAR, CLEAR_ITSELF, LEAN = 0.04, 0.02, 5e-4  # to door and frame; to the robot itself; into the door [m]
 FASTEST, TIP = 2.5, 1e-4  # joint rate [rad/s], tip's error [m]
@@ -66,9 +66,7 @@ def least_elbow(arm: SphericalArm) -> float:
     return float(np.arccos(cosine))
 
 
-def exit_margin(
-    name: str, arm: SphericalArm, door: ClosingDoor, way: WayPoints, opening: float, piece: Piece
-) -> float:
+def exit_margin(name: str, arm: SphericalArm, door: ClosingDoor, way: WayPoints, opening: float, piece: Piece) -> float:
     """Return how far the end of a phase is on the good side of its exit test, < 0 where it has not come there."""
     base, q, theta = piece.base[-1], piece.q[-1], float(piece.theta[-1])
     tip, axis = hand(arm, base, q)

@@ -23,7 +23,7 @@ GRIPS = {  # columns: the tip's x, y, z in the panel's frame
 HAND = ("base_x", "base_y", "base_yaw", "theta", "pivot", "along", "across", "up")  # columns of a HandLeg's path
 RATE, BASE_SPEED, BASE_TURN, DOOR_RATE = 1.8, 0.4, 0.6, np.deg2rad(22.0)  # aimed at [rad/s, m/s, rad/s, rad/s]
 SHORTEST = 0.8  # a leg [s]
-STEP = 0.02  # between two samples [s]
+STEP = 0.025  # between two samples [s]
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,8 @@ class HandLeg:
     """Base and hand along s = 0..1; `path` (m, 8) holds samples of HAND at even s, in m and rad.
 
     grip: one of GRIPS; roll: of the hand about its own z axis; swivel: of the elbow, all along; touching: the hand
-    holds, or is on its way to or from what it holds; leaning: the base may lean on the door; grasped: it holds the knob.
+    holds something, or is on its way to or from it; leaning: the base may lean on the door; grasped: the hand holds the
+    knob.
     """
 
     path: np.ndarray

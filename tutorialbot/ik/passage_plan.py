@@ -36,10 +36,11 @@ class WayPoints:
     """All numbers of a passage that are not the door's. Lengths in m, angles in rad; pairs are (along, across) or x, y.
 
     start: base before the closed door; little: door angle of (b); wide: base at the end of (c); around: base on its way
-    round the free edge in (d); lean: direction in which the base leans on the free edge's corner, off: in which it leaves it; pivots: turn of the
-    hand about the knob at the start, after (b), at `wide` and at each point of `around`; hold: where the hand holds the
-    panel from behind, along beyond the edge (negative), height, turn; aside, inside, through: base, in the world, on
-    the way to the doorway, in it at the end of (g), behind it at the end of (h); nearly: door angle at the end of (h).
+    round the free edge in (d); lean: where the base's centre is from the corner that it leans on, off: which way it
+    leaves it; pivots: turn of the hand about the knob at the start, after (b), at `wide`, at each point of `around`;
+    hold: where the hand holds the panel from behind, along beyond the edge (negative), height, turn; aside, inside,
+    through: base, in the world, on the way to the doorway, in it at the end of (g), behind it at the end of (h);
+    nearly: door angle at the end of (h).
     """
 
     start: tuple[float, float] = (0.13, -0.62)
@@ -80,13 +81,13 @@ def opening_paths(door: ClosingDoor, way: WayPoints, opening: float) -> list[np.
     arrived = clearance.in_panel(little[-1:, None, :2], little[-1:, 3])[0, 0]
     wide = np.array([edge + way.wide[0], way.wide[1]])
     theta = way.little + s * (opening - way.little)
-    spread = _to_world(arrived + s[:, None] * (wide - arrived), theta)
+    spread = to_world(arrived + s[:, None] * (wide - arrived), theta)
     wider = _path(spread, theta, way.pivots[1] + s * (way.pivots[2] - way.pivots[1]), knob)
     corners = np.array([way.wide, *way.around]) + [edge, 0.0]
-    turned = _through(np.column_stack([corners, way.pivots[2:]]), 2 * SAMPLES - 1)
-    round_ = _path(_to_world(turned[:, :2], opening), opening, turned[:, 2], knob)
+    turned = spline_through(np.column_stack([corners, way.pivots[2:]]), 2 * SAMPLES - 1)
+    round_ = _path(to_world(turned[:, :2], opening), opening, turned[:, 2], knob)
     contact = contact_point(door, way)
-    leaned = _path(_to_world(turned[-1, :2] + s[:, None] * (contact - turned[-1, :2]), opening), opening,
+    leaned = _path(to_world(turned[-1, :2] + s[:, None] * (contact - turned[-1, :2]), opening), opening,
                    way.pivots[-1], knob)  # fmt: skip
     let_go = back_off(leaned[-1], "knob", BACK * s[: SAMPLES // 2 + 1] / s[SAMPLES // 2])
     grasp = back_off(little[0], "knob", READY * (1.0 - s))
@@ -101,8 +102,8 @@ def through_paths(door: ClosingDoor, way: WayPoints, opening: float) -> list[np.
     s = np.linspace(0.0, 1.0, SAMPLES)
     contact = contact_point(door, way)
     off = contact + OFF * np.array([np.cos(way.off), np.sin(way.off)])
-    leaves = [*_to_world(np.array([contact, off]), opening), way.aside, way.inside]
-    moved = _path(_through(np.array(leaves), 2 * SAMPLES - 1), opening, tilt, held)
+    leaves = [*to_world(np.array([contact, off]), opening), way.aside, way.inside]
+    moved = _path(spline_through(np.array(leaves), 2 * SAMPLES - 1), opening, tilt, held)
     inside, through = np.array(way.inside), np.array(way.through)
     gone = _path(inside + s[:, None] * (through - inside), opening + s * (way.nearly - opening), tilt, held)
     touch = back_off(moved[0], "panel", BACK * (1.0 - s[::2]))
@@ -132,7 +133,7 @@ def _shared(door: ClosingDoor, way: WayPoints, start: np.ndarray, s: np.ndarray,
     turning = (way.pivots[1] - way.pivots[0]) - way.little  # of the hand, d/ds
 
     def rate(at: float, base: np.ndarray) -> np.ndarray:
-        tip = _to_world(knob[None, :2], at * way.little)[0]
+        tip = to_world(knob[None, :2], at * way.little)[0]
         v, omega = way.little * np.array([tip[1], -tip[0]]), shares.yaw * turning
         nu_mb = np.array([shares.x, shares.y]) * v
         return nu_mb - omega * np.array([base[1] - tip[1], tip[0] - base[0]])
@@ -152,11 +153,11 @@ def _path(base: np.ndarray, theta, pivot, hand: tuple[float, float, float]) -> n
     return path
 
 
-def _to_world(points: np.ndarray, theta) -> np.ndarray:
+def to_world(points: np.ndarray, theta) -> np.ndarray:
     return clearance.in_panel(points[:, None], np.broadcast_to(-np.asarray(theta), len(points)))[:, 0]
 
 
-def _through(points: np.ndarray, count: int) -> np.ndarray:
+def spline_through(points: np.ndarray, count: int) -> np.ndarray:
     """Return `count` samples of a cubic spline through `points` (k, ...), as far apart in s as in the plane."""
     length = np.r_[0.0, np.cumsum(np.hypot(*np.diff(points[:, :2], axis=0).T))]
     return CubicSpline(length / length[-1], points)(np.linspace(0.0, 1.0, count))

@@ -76,6 +76,11 @@ class Tally:
     count: Counter
     best: dict[str, float]
 
+    @classmethod
+    def empty(cls) -> "Tally":
+        """Return a tally of nothing."""
+        return cls(Counter(), {})
+
     def add(self, guard: str, margin: float) -> None:
         """Count one more, and keep the better margin."""
         self.count[guard] += 1
@@ -89,16 +94,16 @@ class Tally:
 
 def search(
     arm: SphericalArm, door: ClosingDoor, opening: float, seed: int = 0, way: WayPoints | None = None,
-    skipped: int = 0,
+    skipped: int = 0, draws: int = TRIES,
 ) -> Plan | NoPlan:  # fmt: skip
     """Return a plan that opens the door to `opening` [rad], or what stands in the way.
 
     way: way points to start from, by default `fitted`; seed: of the draws, which come where these do not do, or where
-    `skipped` > 0 says that they have been tried.
+    `skipped` > 0 says that they have been tried; draws: how many are looked at for either half of the passage.
     """
     first = fitted(door, opening) if way is None else way
-    rng, tally = make_rng(seed, 4), Tally(Counter(), {})
-    for number in range(skipped, skipped + TRIES):
+    rng, tally = make_rng(seed, 4), Tally.empty()
+    for number in range(skipped, skipped + draws):
         way = first if number == 0 else vary_opening(first, rng, number)
         paths = opening_paths(door, way, opening)
         found = tried(arm, door, paths, "knob", tally)
@@ -106,8 +111,8 @@ def search(
             break
     else:
         return tally.result(PHASES[2])
-    ways, tally = [*paths], Tally(Counter(), {})
-    for more in range(TRIES):
+    ways, tally = [*paths], Tally.empty()
+    for more in range(draws):
         way = way if skipped + more == 0 else vary_through(door, way, rng)
         paths = through_paths(door, way, opening)
         after = tried(arm, door, paths, "panel", tally)
@@ -152,6 +157,7 @@ def vary_through(door: ClosingDoor, way: WayPoints, rng: np.random.Generator) ->
         way,
         hold=tuple(rng.uniform((-0.55, 0.85, -0.3), (-0.2, 1.1, 0.3)).tolist()),
         aside=tuple(rng.uniform((0.4 * door.width, -0.6), (door.width, -0.3)).tolist()),
+        off=float(rng.uniform(60.0 * DEG, 100.0 * DEG)),
         inside=tuple(rng.uniform((left, -0.25), (right, 0.2)).tolist()),
         through=tuple(rng.uniform((left, 0.25), (right, 0.5)).tolist()),
         nearly=float(rng.uniform(10.0 * DEG, 45.0 * DEG)),
@@ -202,26 +208,38 @@ def _phases(arm, door, opened, gone, between) -> tuple[tuple[Phase, ...], np.nda
     """Legs of all phases, and the joints at the start; now the base's yaw comes in (see `passage_plan`)."""
     (paths, before), (later, after) = opened, gone
     yaw = (between[0][0] + between[-1][0]) / 2.0  # of the base in (e) and (f): joint 1 turns to both sides
+    hands, start = hand_legs(arm, paths, before, before.joints[4][-1, 0] - yaw)
     shift = round((between[-1][0] - after.joints[0][0, 0]) / (2.0 * np.pi)) * 2.0 * np.pi
-    later_q = [q + np.r_[shift, np.zeros(6)] for q in after.joints]
-    first, second = before.joints[4][-1, 0] - yaw, later_q[0][-1, 0] - yaw  # joint 1 from (c) to (e), and from (g) on
-    legs = [_steadier(arm, path, q, first) for path, q in zip(paths, before.joints, strict=True)]
-    legs[1] = _shared_yaw(*legs[1], paths[1], before.joints[1])
-    for number, turned in ((0, legs[1][0][0, 2]), (5, yaw)):  # the base stands
-        legs[number] = _turned(paths[number], before.joints[number], before.joints[number][:, 0] - turned)
-    legs += [_steadier(arm, path, q, second) for path, q in zip(later, later_q, strict=True)]
-    legs[6] = _turned(later[0], later_q[0], later_q[0][:, 0] - yaw)
-    hands = [HandLeg(path, "knob" if number < 6 else "panel", (before if number < 6 else after).roll,
-                     (before if number < 6 else after).swivel, hand_duration(path, q),
-                     leaning=number in (4, 5, 6, 7), grasped=number in (1, 2, 3, 4))
-             for number, (path, q) in enumerate(legs)]  # fmt: skip
-    postures = np.array(between) - np.r_[yaw, np.zeros(6)]
-    base, theta = legs[5][0][-1, :3], legs[5][0][-1, 3]
-    free = [ArmLeg(np.array(two), np.tile(base, (2, 1)), np.full(2, theta), arm_duration(np.array(two)), leaning=True)
-            for two in zip(postures[:-1], postures[1:], strict=True)]  # fmt: skip
-    groups = [[hands[0]], [hands[1]], [hands[2]], [hands[3]], [hands[4], hands[5]], [*free, hands[6]], [hands[7]],
-              [hands[8]], [_leave(door, *legs[8])]]  # fmt: skip
-    return tuple(Phase(name, tuple(group)) for name, group in zip(PHASES, groups, strict=True)), legs[0][1][0]
+    joints = [q + np.r_[shift, np.zeros(6)] for q in after.joints]
+    kept = joints[0][-1, 0] - yaw  # joint 1 from (g) on
+    moved = [_turned(later[0], joints[0], joints[0][:, 0] - yaw)]
+    moved += [_steadier(arm, path, q, kept) for path, q in zip(later[1:], joints[1:], strict=True)]
+    hands += [HandLeg(path, "panel", after.roll, after.swivel, hand_duration(path, q), leaning=number < 2)
+              for number, (path, q) in enumerate(moved)]  # fmt: skip
+    postures, here = np.array(between) - np.r_[yaw, np.zeros(6)], hands[5].path[-1]
+    free = [ArmLeg(np.array(two), np.tile(here[:3], (2, 1)), np.full(2, here[3]), arm_duration(np.array(two)),
+                   leaning=True) for two in zip(postures[:-1], postures[1:], strict=True)]  # fmt: skip
+    groups = [*([hand] for hand in hands[:4]), hands[4:6], [*free, hands[6]], [hands[7]], [hands[8]],
+              [_leave(*moved[2])]]  # fmt: skip
+    return tuple(Phase(name, tuple(group)) for name, group in zip(PHASES, groups, strict=True)), start
+
+
+def hand_legs(
+    arm: SphericalArm, paths: list[np.ndarray], option: Option, kept: float
+) -> tuple[list[HandLeg], np.ndarray]:
+    """Return legs for `paths` with the hand at the knob, and the joints (7,) at their start.
+
+    The first is the grasp, the second (b), the last lets go; the base stands in the first and in the last. kept [rad]:
+    joint 1 at the ends of those between.
+    """
+    legs = [_steadier(arm, path, q, kept) for path, q in zip(paths, option.joints, strict=True)]
+    legs[1] = _shared_yaw(legs[1][0], paths[1], option.joints[1])
+    for number, yaw in ((0, legs[1][0][0, 2]), (len(paths) - 1, legs[-2][0][-1, 2])):
+        legs[number] = _turned(paths[number], option.joints[number], option.joints[number][:, 0] - yaw)
+    last = len(legs) - 1
+    hands = [HandLeg(path, "knob", option.roll, option.swivel, hand_duration(path, q), leaning=number > 3,
+                     grasped=0 < number < last) for number, (path, q) in enumerate(legs)]  # fmt: skip
+    return hands, legs[0][1][0]
 
 
 def _turned(path: np.ndarray, q: np.ndarray, kept: float | np.ndarray, even: bool = False) -> tuple:
@@ -240,14 +258,14 @@ def _steadier(arm: SphericalArm, path: np.ndarray, q: np.ndarray, kept: float) -
     return turned if np.abs(turned[1][:, 0]).max() < arm.limits[0] - KEEP_LIMIT else _turned(path, q, kept)
 
 
-def _shared_yaw(path, _, bare, absolute, share: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
+def _shared_yaw(path, bare, absolute, share: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
     """Phase (b): the base turns by `share` of the hand's turn, to where (c) begins."""
     hand = bare[:, 4] - bare[:, 3]
     yaw = path[-1, 2] + share * (hand - hand[-1])
     return _turned(bare, absolute, absolute[:, 0] - yaw)
 
 
-def _leave(door: ClosingDoor, path: np.ndarray, q: np.ndarray) -> ArmLeg:
+def _leave(path: np.ndarray, q: np.ndarray) -> ArmLeg:
     """Phase (i): the base drives on and takes the arm along, as it is; the door is let go."""
     c, s = np.cos(path[-1, 3]), np.sin(path[-1, 3])
     hand = c * path[-1, 6] - s * path[-1, 5]  # y of the hand in the world
