@@ -190,9 +190,9 @@ def plot_door(ax: Axes, door: ClosingDoor, angles: Sequence[float]) -> Axes:
             ax.add_patch(Rectangle(low[:2], *(high - low)[:2], fc="#c9c3b8", ec="#8d8678", lw=0.6))
     for k, angle in enumerate(angles, start=1):
         shade = k / len(angles)
-        ax.add_patch(Polygon(door.panel_corners(angle), fc=COLOURS["door"], ec="black", lw=0.6, alpha=0.3 + 0.7 * shade))
+        ax.add_patch(Polygon(door.panel_corners(angle), fc="#b08968", ec="black", lw=0.6, alpha=0.3 + 0.7 * shade))
         ax.plot(*door.knob(angle)[:2], "o", color=COLOURS["lever"], ms=4, alpha=0.3 + 0.7 * shade)
-    ax.set(xlim=(-0.6, 1.9), ylim=(-1.3, 0.9), aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    ax.set(xlim=(-0.6, 1.9), ylim=(-1.65, 0.9), aspect="equal", xlabel="x [m]", ylabel="y [m]")
     return ax
 
 
