@@ -69,8 +69,8 @@ class Passage:
     door_angle (n,) (measured, when it was played in MuJoCo, else as planned); grasped (n,): the hand holds the knob;
     phase (n,): number in `phases`; scale (n,): b; min_clearance [m]: base and arm from frame and door, holding pads
     apart; max_tip_error [m]; reports: one for each phase; failure: None when passed; tries: with how many sets of way
-    points; looked_at: how many the search for them looked at; way: the last of them; replay: MuJoCo's answer, None without; angle_gap [rad]: how far its door was from
-    the planned angle, up to (h).
+    points; looked_at: how many the search for them looked at; way: the last of them; replay: MuJoCo's answer, None
+    without; angle_gap [rad]: how far its door was from the planned angle, up to (h).
     """
 
     door: ClosingDoor
