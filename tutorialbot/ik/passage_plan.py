@@ -171,9 +171,9 @@ def footprint(door: ClosingDoor, paths: list[np.ndarray], keep: float = KEEP) ->
     """
     path = np.vstack(paths)
     panel, frame = clearance.base_alone(door, path[:, 3], path[:, :2])
-    leans = _one_end(panel < keep, panel)
-    counted = panel.min() + (0.0 if panel.min() < -1e-6 else keep + 1e-6) if leans else panel.min()
-    return float(min(frame.min(), counted) - keep)
+    near = panel < keep
+    leans = panel.min() > -1e-6 and _one_end(near, panel)
+    return float(min(frame.min(), panel[~near].min(initial=np.inf) if leans else panel.min()) - keep)
 
 
 def _one_end(near: np.ndarray, panel: np.ndarray) -> bool:
