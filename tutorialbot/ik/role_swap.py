@@ -102,8 +102,8 @@ def move(
 ) -> Iterator[Stance]:  # fmt: skip
     """Yield the stances on the way of the free end to `target` [pose in the world], straight, by eqs (1)-(3).
 
-    speed [m/s, and rad/s times 0.3 m]; it ends within `near` [m, rad], or after `patience` times the way's duration:
-    then the target was out of reach.
+    speed [m/s, and rad/s times 0.3 m]; it ends within `near` [m, rad]. It also ends, short of the target, before a
+    joint's limit, and after `patience` times the way's duration, when the target is out of reach: see `is_at`.
     """
     begin, there = stance.free_end, check_pose("target", target)
     turn = float(np.linalg.norm(pin.log3(begin.rotation.T @ there.rotation)))
@@ -114,17 +114,21 @@ def move(
         here = stance.free_end
         feed = _twist(wanted, ahead) / (1e-3 * duration) if s < 1.0 else np.zeros(6)
         back = _twist(here, wanted)
-        if s >= 1.0 and np.abs(back).max() < near:
+        if s >= 1.0 and is_at(stance, there, near):
             return
-        found = free_end_velocity(stance, feed + gain * (found_sign(stance) * back), n)
-        stance = replace(stance, q=stance.q + dt * found.qdot)
+        sign = np.sign(stance.q[3])  # that of b, so that the feedback keeps its own once the elbow has flipped
+        found = free_end_velocity(stance, feed + gain * sign * back, n)
+        q = stance.q + dt * found.qdot
+        if (np.abs(q) > stance.arm.limits).any():
+            return
+        stance = replace(stance, q=q)
         s = max(0.0, s + found.scale * dt / duration)
         yield stance
 
 
-def found_sign(stance: Stance) -> float:
-    """Return the sign of b, for a feedback that keeps its sign once the elbow has flipped."""
-    return float(np.sign(stance.q[3]))
+def is_at(stance: Stance, target: pin.SE3, near: float = 1e-4) -> bool:
+    """Whether the free end is within `near` [m, rad] of a pose in the world."""
+    return bool(np.abs(_twist(stance.free_end, target)).max() < near)
 
 
 def _twist(a: pin.SE3, b: pin.SE3) -> np.ndarray:
@@ -133,13 +137,15 @@ def _twist(a: pin.SE3, b: pin.SE3) -> np.ndarray:
 
 def step_over(stance: Stance, fixture: pin.SE3, rest: pin.SE3, **options: float) -> Iterator[Stance]:
     """Yield the stances of a step from one fixture to another: the free end goes to `fixture`, base and tip change
-    their roles, and the end that is free now goes to `rest`.
+    their roles, and the end that is free now goes to `rest`. It ends without that where the fixture is not reached.
 
     fixture: as `Stance.fixture`, z into the arm, so away from the wall; rest: where the other end goes, z out of the
     arm; both in the world. options: as in `move`.
     """
     for stance in move(stance, fixture * F, **options):  # noqa: B020 - the last one is swapped
         yield stance
+    if not is_at(stance, fixture * F, options.get("near", 1e-4)):
+        return
     stance = swap(stance)
     yield stance
     yield from move(stance, rest, **options)

@@ -1,10 +1,12 @@
-"""Eqs (1) and (3) of paper 4 for an S-R-S arm in closed form: plain numbers, no matrix, no library.
+"""Eqs (1) and (3) of paper 4 for an S-R-S arm in closed form: plain numbers, and a matrix only where they are damped.
 
 s, c: sines and cosines of q1 to q7, counted from 0; sides: what `triangle` returns; vectors are tuples. W is the frame
 of the wrist: z from shoulder to wrist, y the elbow's axis. Nothing is checked here.
 """
 
 import math
+
+import numpy as np
 
 NEAR = 0.05  # the shoulder's and the wrist's own singularities are damped where a sine is below this
 
@@ -60,23 +62,24 @@ def joint_rates(
 
     # (1) qdot_p = b (J_mod^+ (p_x, p_y) + n_z p_z) + b_sm n_sm, J_mod = r (a_y, -a_x); b_sm comes with (3)
     q4 = -r / (upper * lower) * p_z_over_sine  # the virtual prismatic joint
+    along_x, along_y = -p_y / r, (p_x - lower * cb * q4) / r  # what a_x . qdot and a_y . qdot have to be
     n_sm = cross(a_x, a_y)
-    size = n_sm[0] ** 2 + n_sm[1] ** 2 + n_sm[2] ** 2
-    safe = damped(size)
-    q1, q2, q3 = least_rates(a_x, a_y, -p_y / r, (p_x - lower * cb * q4) / r, safe)
+    square = n_sm[0] ** 2 + n_sm[1] ** 2 + n_sm[2] ** 2
+    length = math.sqrt(square)
+    m = -s[1] / length if length else 0.0  # A_W n_sm = (0, 0, m), n_sm from here on as a unit vector
+    n_sm = (n_sm[0] / length, n_sm[1] / length, n_sm[2] / length) if length else (0.0, 0.0, 0.0)
+    damping = max(damping_at(square), damping_at(wrist_square(m, s, c, sides)) if wrist == "B" else 0.0)
+    if damping:
+        angular = (w_x, w_y - q4, w_z)
+        rates, b_sm = damped_rates((a_x, a_y, a_z), s, c, sides, (along_x, along_y, *angular), n_sm, damping)
+        return (*rates[:3], q4, *rates[3:]), b_sm, True
+    q1, q2, q3 = least_rates(a_x, a_y, along_x, along_y, square)
 
-    # (3) (b_sm, qdot_w) = (A_W n_sm, A_w)^+ (b omega - omega_F), n_sm as a unit vector
-    f = (
-        w_x - (a_x[0] * q1 + a_x[1] * q2 + a_x[2] * q3),
-        w_y - (a_y[0] * q1 + a_y[1] * q2) - q4,
-        w_z - (a_z[0] * q1 + a_z[1] * q2 + a_z[2] * q3),
-    )
-    length = math.sqrt(size)
-    m = -s[1] / length if length else 0.0  # A_W n_sm = (0, 0, m)
+    # (3) (b_sm, qdot_w) = (A_W n_sm, A_w)^+ (b omega - omega_F)
+    f = (w_x - along_x, w_y - along_y - q4, w_z - (a_z[0] * q1 + a_z[1] * q2 + a_z[2] * q3))
     solve = wrist_rates_b if wrist == "B" else wrist_rates_a
-    b_sm, q5, q6, q7, near = solve(behind_joint_5(f, s, c, sides), m, s, c, sides, swivel_rate)
-    k = b_sm / length if length else 0.0
-    return (q1 + k * n_sm[0], q2 + k * n_sm[1], q3 + k * n_sm[2], q4, q5, q6, q7), b_sm, near or safe != size
+    b_sm, q5, q6, q7 = solve(behind_joint_5(f, s, c, sides), m, s, c, sides, swivel_rate)
+    return (q1 + b_sm * n_sm[0], q2 + b_sm * n_sm[1], q3 + b_sm * n_sm[2], q4, q5, q6, q7), b_sm, False
 
 
 def shoulder_map(s: list[float], c: list[float], sides: tuple) -> tuple[tuple, tuple, tuple]:
@@ -89,21 +92,21 @@ def shoulder_map(s: list[float], c: list[float], sides: tuple) -> tuple[tuple, t
     )
 
 
-def least_rates(a_x: tuple, a_y: tuple, along_x: float, along_y: float, n_n: float) -> tuple[float, float, float]:
+def least_rates(a_x: tuple, a_y: tuple, along_x: float, along_y: float, square: float) -> tuple[float, float, float]:
     """Return the least qdot_1 to qdot_3 with a_x . qdot = along_x and a_y . qdot = along_y: J_mod^+ of eq (1).
 
-    n_n = |a_x x a_y|^2, or more where the shoulder is singular.
+    square: |a_x x a_y|^2.
     """
     (x1, x2, x3), (y1, y2, _) = a_x, a_y
     x_x, x_y, y_y = x1 * x1 + x2 * x2 + x3 * x3, x1 * y1 + x2 * y2, y1 * y1 + y2 * y2
-    k_x, k_y = (y_y * along_x - x_y * along_y) / n_n, (x_x * along_y - x_y * along_x) / n_n
+    k_x, k_y = (y_y * along_x - x_y * along_y) / square, (x_x * along_y - x_y * along_x) / square
     return k_x * x1 + k_y * y1, k_x * x2 + k_y * y2, k_x * x3
 
 
 def wrist_rates_b(
     f: tuple, m: float, s: list[float], c: list[float], sides: tuple, swivel_rate: float
-) -> tuple[float, float, float, float, bool]:
-    """Return b_sm, qdot_5 to qdot_7, the least with (A_W n_sm, A_w)(b_sm, qdot_w) = f, and whether it is damped.
+) -> tuple[float, float, float, float]:
+    """Return b_sm, qdot_5 to qdot_7, the least with (A_W n_sm, A_w)(b_sm, qdot_w) = f.
 
     f: angular velocity that is left, seen from behind joint 5 [rad/s]; m: how far the unit vector of n_sm turns W about
     its z. The three equations, with (u, v, w) = m Rz(-q5) Ry(-beta) e_z:
@@ -115,28 +118,53 @@ def wrist_rates_b(
     f_x, f_y, f_z = f
     s6, c6, (_, _, _, sb, cb) = s[5], c[5], sides
     u, v, w = -m * sb * c[4], m * sb * s[4], m * cb
-    size = u * u + s6 * s6
-    safe = damped(size)
-    b_sm, q7 = u * f_x / safe, s6 * f_x / safe
+    square = u * u + s6 * s6
+    b_sm, q7 = u * f_x / square, s6 * f_x / square
     q6, q5 = f_y - v * b_sm, f_z - w * b_sm - c6 * q7
     n_sm, n_5, n_6, n_7 = s6, c6 * u - w * s6, -v * s6, -u
     length = n_sm * n_sm + n_5 * n_5 + n_6 * n_6 + n_7 * n_7
-    turn = m * n_sm  # of W about its z, when the self motion is n
-    k = swivel_rate * turn / (turn * turn + NEAR * NEAR * length) if swivel_rate and length else 0.0
-    if length:
-        k -= (b_sm * n_sm + q5 * n_5 + q6 * n_6 + q7 * n_7) / length
-    return b_sm + k * n_sm, q5 + k * n_5, q6 + k * n_6, q7 + k * n_7, safe != size
+    k = -(b_sm * n_sm + q5 * n_5 + q6 * n_6 + q7 * n_7) / length
+    if swivel_rate:
+        turn = m * n_sm  # of W about its z, when the self motion is n
+        k += swivel_rate * turn / (turn * turn + NEAR * NEAR * length) * fading(square)
+    return b_sm + k * n_sm, q5 + k * n_5, q6 + k * n_6, q7 + k * n_7
 
 
 def wrist_rates_a(
     f: tuple, m: float, s: list[float], c: list[float], sides: tuple, swivel_rate: float
-) -> tuple[float, float, float, float, bool]:
+) -> tuple[float, float, float, float]:
     """Return the same with the self motion given, qdot_w = A_w^-1 (f - A_W n_sm b_sm): infinite where q6 = 0."""
     _, _, _, sb, cb = sides
     b_sm = swivel_rate / m if swivel_rate and m else 0.0
     f_x, f_y, f_z = f[0] + m * sb * c[4] * b_sm, f[1] - m * sb * s[4] * b_sm, f[2] - m * cb * b_sm
     q7 = f_x / s[5] if s[5] else math.copysign(math.inf, f_x)
-    return b_sm, f_z - c[5] * q7, f_y, q7, False
+    return b_sm, f_z - c[5] * q7, f_y, q7
+
+
+def wrist_square(m: float, s: list[float], c: list[float], sides: tuple) -> float:
+    """Return u^2 + sin^2(q6) of `wrist_rates_b`: zero where the wrist is singular together with the self motion."""
+    u = m * sides[3] * c[4]
+    return u * u + s[5] * s[5]
+
+
+def damped_rates(
+    turning: tuple, s: list[float], c: list[float], sides: tuple, wanted: tuple, n_sm: tuple, damping: float
+) -> tuple[tuple, float]:
+    """Return qdot_1 to qdot_3, qdot_5 to qdot_7 [rad/s] and b_sm near a singularity of shoulder or wrist: damped.
+
+    turning: the rows of A_W; wanted: a_x . qdot, a_y . qdot and the angular velocity in W without that of q4 [rad/s].
+    """
+    _, _, _, sb, cb = sides
+    x, y, z = c[4] * s[5], s[4] * s[5], c[5]  # axis of joint 7, seen from behind joint 5
+    matrix = np.zeros((5, 6))
+    matrix[:2, :3], matrix[2:, :3] = turning[:2], turning
+    matrix[2:, 3:] = (
+        (sb, -cb * s[4], cb * x + sb * z),
+        (0.0, c[4], y),
+        (cb, sb * s[4], cb * z - sb * x),
+    )
+    rates = matrix.T @ np.linalg.solve(matrix @ matrix.T + damping * np.eye(5), np.array(wanted))
+    return tuple(rates.tolist()), float(rates[:3] @ np.array(n_sm))
 
 
 def behind_joint_5(f: tuple, s: list[float], c: list[float], sides: tuple) -> tuple[float, float, float]:
@@ -146,10 +174,16 @@ def behind_joint_5(f: tuple, s: list[float], c: list[float], sides: tuple) -> tu
     return c[4] * x + s[4] * y, c[4] * y - s[4] * x, z
 
 
-def damped(square: float) -> float:
-    """Return a squared sine that stays above NEAR^2 / 4, so that what it divides stays finite; the same beyond NEAR."""
+def damping_at(square: float) -> float:
+    """Return the squared damping for a squared sine: (NEAR / 2)^2 where it is 0, fading out, and none from NEAR on."""
     near = NEAR * NEAR
-    return square if square >= near else square + 0.25 * near * (1.0 - square / near) ** 2
+    return 0.25 * near * (1.0 - square / near) ** 2 if square < near else 0.0
+
+
+def fading(square: float) -> float:
+    """Return how much of the swivel's turn is asked for: none where a singularity is damped, all from 2 NEAR on."""
+    near = NEAR * NEAR
+    return min(1.0, max(0.0, (square / near - 1.0) / 3.0))
 
 
 def cross(a: tuple, b: tuple) -> tuple[float, float, float]:

@@ -108,7 +108,7 @@ def follow(
     """
     one_of("feedback", feedback, FEEDBACKS), positive("dt", dt)
     positive("speed", speed), positive("patience", patience)
-    q = start(arm, path) if q0 is None else np.array(arm.checked(q0))
+    q = np.array(arm.checked(start(arm, path) if q0 is None else q0))
     tip, rotation = references(arm, path, q)
     if solver.paced:
         rows, outcome = _paced(arm, path, solver, q, (tip, rotation), (speed, gain, dt), patience, feedback)
