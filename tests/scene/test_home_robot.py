@@ -232,6 +232,25 @@ def test_base_and_arm_apart_look_like_the_robot_and_then_part(robot):
         home_robot.apart_qpos(model, np.zeros(2), anchor, q)
 
 
+def test_a_wall_stands_behind_its_fixture():
+    frame = pin.SE3(np.column_stack([[0, 0, 1.0], [0, 1.0, 0], [-1.0, 0, 0]]), np.array([0.75, 0.2, 1.1]))
+    spec = mujoco.MjSpec()
+    home_robot.add_fixture(spec, frame)
+    home_robot.add_wall(spec, frame)
+    model = home_robot.apart(spec)
+    data = mujoco.MjData(model)
+    data.qpos[:] = home_robot.apart_qpos(model, np.zeros(3), frame, np.zeros(7), jaws=home_robot.JAW_OPEN)
+    mujoco.mj_forward(model, data)
+    corners = surface(model, data, model.geom("wall").id)
+    assert corners[:, 0].min() == pytest.approx(0.75 + home_robot.FIXTURE_STAND_OFF)
+    assert corners[:, 2].min() == pytest.approx(0.0) and corners[:, 1].min() < 0.2 < corners[:, 1].max()
+    assert data.joint("arm/jaw_left").qpos[0] == home_robot.JAW_OPEN
+    with pytest.raises(ValueError, match="fixture"):
+        home_robot.add_wall(spec, pin.SE3.Identity())
+    with pytest.raises(ValueError, match="jaws"):
+        home_robot.apart_qpos(model, np.zeros(3), frame, np.zeros(7), jaws=1.0)
+
+
 def test_a_broken_file_is_named(tmp_path, monkeypatch):
     (tmp_path / "home_robot").mkdir()
     (tmp_path / "home_robot" / "robot.xml").write_text("<mujoco><worldbody>")

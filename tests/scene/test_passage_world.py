@@ -122,6 +122,27 @@ def test_the_door_stays_beyond_the_hold_angle_and_shuts_from_below_it(hold):
         assert replayed.touches == () and (not len(shut) or degrees(replayed)[shut[0] :].max() < 2.0)  # no wild rebound
 
 
+def alone(times: np.ndarray, theta: float) -> np.ndarray:
+    """Angles of the door that nobody touches, from rest: inertia, closer, damping and friction in small steps."""
+    angles, rate, step = [theta], 0.0, 1e-3
+    for _ in np.arange(times[0], times[-1], step):
+        drive = -DOOR.closer(angles[-1])
+        resting = rate == 0.0 and abs(drive) <= DOOR.hinge_friction
+        drag = DOOR.hinge_damping * rate + DOOR.hinge_friction * np.sign(rate or drive)
+        rate += 0.0 if resting else step * (drive - drag) / DOOR.inertia
+        angles.append(max(angles[-1] + step * rate, 0.0))
+    return np.interp(times, times[0] + step * np.arange(len(angles)), angles)
+
+
+@pytest.mark.parametrize("start", [20.0, 60.0, 84.0, 90.0])
+def test_the_door_let_go_swings_as_its_equation_says(start):
+    replayed = replay(DOOR, *still(AWAY, 3.0), start_angle=np.deg2rad(start))
+    expected = np.rad2deg(alone(replayed.times, np.deg2rad(start)))
+    swinging = expected > 0.0
+    np.testing.assert_allclose(degrees(replayed)[swinging], expected[swinging], atol=0.7)
+    assert degrees(replayed)[~swinging].max(initial=0.0) < 3.0
+
+
 def test_a_stronger_closer_shuts_faster():
     shut = []
     for torque in (4.0, 12.0):

@@ -33,6 +33,7 @@ RANGES = {  # of the random doors
 }  # fmt: skip
 FRAME_NAMES = ("jamb_hinge", "jamb_lock", "lintel", "wall_hinge", "wall_lock", "wall_above")
 FLOOR_GAP = 0.01  # under the panel [m]
+KNOB_MASS = 0.2  # [kg]
 GRIP_RADIUS, GRIP_HALF = 0.014, 0.045  # of the knob's upright bar, which the gripper takes [m]
 CASING = (0.06, 0.008)  # of the frame: how wide it is seen beside the opening, how far it stands out of the wall [m]
 WALL_BESIDE, WALL_ABOVE = (0.7, 1.1), 0.2  # how far the wall goes on at the hinge, at the lock, above the door [m]
@@ -96,6 +97,12 @@ class ClosingDoor:
         angle = np.asarray(theta, dtype=float)
         torque = np.where(angle < self.hold_angle, self.closer_torque + self.closer_stiffness * angle.clip(0.0), 0.0)
         return torque if np.ndim(theta) else float(torque)
+
+    @property
+    def inertia(self) -> float:
+        """Moment of inertia of panel and knob about the hinge [kg m^2]."""
+        x, y, _ = self.knob_in_panel
+        return self.mass * (self.width**2 / 3.0 + self.thickness**2 / 12.0) + KNOB_MASS * (x * x + y * y)
 
     # --- geometry ----------------------------------------------------------------------------------------------------
     @property
@@ -268,7 +275,7 @@ def _shape_panel(spec: mujoco.MjSpec, door: ClosingDoor) -> None:
 def _shape_knob(spec: mujoco.MjSpec, door: ClosingDoor) -> None:
     x, y, z = door.knob_in_panel
     face = -door.thickness / 2
-    spec.body("knob").pos = [x, y, z]
+    spec.body("knob").pos, spec.body("knob").mass = [x, y, z], KNOB_MASS
     for name in ("knob", "knob_seen"):
         spec.geom(name).fromto, spec.geom(name).size = [0, 0, -GRIP_HALF, 0, 0, GRIP_HALF], [GRIP_RADIUS, 0, 0]
     for end, level in (("low", z - GRIP_HALF), ("high", z + GRIP_HALF)):

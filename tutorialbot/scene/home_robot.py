@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from tutorialbot import paths, robots
-from tutorialbot.errors import BrokenFile, finite_array
+from tutorialbot.errors import BrokenFile, InvalidValue, finite_array, finite_number
 from tutorialbot.pose import check_pose
 from tutorialbot.scene.closing_door import ClosingDoor
 from tutorialbot.scene.omni import OmniWheel
@@ -80,12 +80,20 @@ def apart(spec: mujoco.MjSpec | None = None) -> mujoco.MjModel:
     return spec.compile()
 
 
-def apart_qpos(model: mujoco.MjModel, base: np.ndarray, anchor: pin.SE3, q: np.ndarray) -> np.ndarray:
-    """Return qpos (nq,) of a model of `apart`: base (3,) x, y [m], yaw [rad]; the anchor's pose; q (7,) [rad]."""
+def apart_qpos(
+    model: mujoco.MjModel, base: np.ndarray, anchor: pin.SE3, q: np.ndarray, jaws: float = 0.0
+) -> np.ndarray:
+    """Return qpos (nq,) of a model of `apart`.
+
+    base (3,) x, y [m], yaw [rad]; anchor: pose of the bar that the arm holds on to, in the world; q (7,) [rad]; jaws
+    [m]: how far each jaw of the free end is open, 0 to JAW_OPEN.
+    """
     base, q, pose = finite_array("base", base, (3,)), finite_array("q", q, (7,)), check_pose("anchor", anchor)
     qpos = model.qpos0.copy()
     qpos[[model.joint(f"base/{name}").qposadr[0] for name in robots.BASE]] = base
     qpos[[model.joint(f"arm/{name}").qposadr[0] for name in ARM]] = q
+    finite_number("jaws", jaws, 0.0, JAW_OPEN)
+    qpos[[model.joint(f"arm/{name}").qposadr[0] for name in JAWS]] = jaws
     first = model.joint("arm/anchor").qposadr[0]
     qpos[first : first + 7] = [*pose.translation, *pin.Quaternion(pose.rotation).coeffs()[[3, 0, 1, 2]]]
     return qpos
@@ -117,3 +125,18 @@ def add_fixture(spec: mujoco.MjSpec, frame: pin.SE3, name: str = "fixture") -> N
     turned = [np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0]
     body.add_geom(type=cylinder, size=[0.014, 0.03, 0], quat=turned, rgba=metal, **seen)
     body.add_site(name=name)
+
+
+def add_wall(spec: mujoco.MjSpec, fixture: pin.SE3, size: tuple[float, float] = (1.4, 1.7)) -> None:
+    """Add a wall to the world of `spec`, with a fixture's frame `fixture` before it: wide and high as `size` [m]."""
+    pose, (wide, high), thick = check_pose("fixture", fixture), size, 0.06
+    out = np.array([pose.rotation[0, 2], pose.rotation[1, 2], 0.0])
+    if np.linalg.norm(out) < 1.0 - 1e-6:
+        raise InvalidValue("fixture", fixture, "a frame whose z axis is level: it points out of an upright wall")
+    middle = pose.translation - (FIXTURE_STAND_OFF + thick / 2) * out
+    yaw = np.arctan2(out[1], out[0])
+    spec.worldbody.add_geom(
+        name="wall", type=mujoco.mjtGeom.mjGEOM_BOX, size=[thick / 2, wide / 2, high / 2],
+        pos=[middle[0], middle[1], high / 2], quat=[np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)],
+        rgba=[0.87, 0.88, 0.88, 1.0], group=2, contype=0, conaffinity=0,
+    )  # fmt: skip
