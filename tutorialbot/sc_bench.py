@@ -1,4 +1,6 @@
-"""Paper 4 measured: cost and exactness of a step, paths through full stretch, moving base, letting go, role swap."""
+"""Paper 4 measured: cost and exactness of a step, paths through full stretch, moving base, letting go, role swap, and
+the passage through doors.
+"""
 
 import math
 from collections.abc import Callable
@@ -8,9 +10,11 @@ import pinocchio as pin
 
 from tutorialbot.ik import knob_release, moving_base, role_swap, singular_peers, stretch
 from tutorialbot.ik.full_workspace import full_workspace
+from tutorialbot.ik.passage import run_passage
+from tutorialbot.ik.passage_doors import pass_random_doors
 from tutorialbot.ik.singularity_consistent import SphericalArm, elbow_peak_rate, joint_velocity_in_matrices
 from tutorialbot.ik.stretch_paths import radial
-from tutorialbot.measuring import cpu_seconds
+from tutorialbot.measuring import cpu_seconds, wilson
 from tutorialbot.runs import progress
 from tutorialbot.seeding import make_rng
 
@@ -146,3 +150,54 @@ def swaps(count: int = 500) -> list[dict]:
         seen = role_swap.F * arm.forward(q[::-1].copy()) * role_swap.F
         identity = max(identity, float(np.abs(arm.forward(q).inverse().homogeneous - seen.homogeneous).max()))
     return [{"poses": count, "bodies_moved": moved, "identity": identity}]
+
+
+# -- the passage -----------------------------------------------------------------------------------------------------
+
+
+def passages(repeats: int = 3) -> list[dict]:
+    """Return a row each for the usual door, planned and played in MuJoCo: seconds of motion, CPU time (search, motion
+    and guards together), how many times real time, and what was kept on the way.
+    """
+    runs = {"kinematic": run_passage(), "dynamic": run_passage(dynamics=True)}
+    actions = {"kinematic": run_passage, "dynamic": lambda: run_passage(dynamics=True)}
+    least = cpu_seconds(actions, repeats)
+    return [{
+        "run": name, "passed": run.passed, "seconds": round(float(run.times[-1]), 2),
+        "cpu_seconds": round(least[name], 3),
+        "times_real_time": round(float(run.times[-1]) / least[name], 1),
+        "peak_rate": round(float(np.abs(run.joint_rates).max()), 3), "clearance": round(1e3 * run.min_clearance, 1),
+        "tip_error": float(1e3 * run.max_tip_error), "door_gap": round(math.degrees(run.angle_gap), 2),
+    } for name, run in runs.items()]  # fmt: skip
+
+
+def phases() -> list[dict]:
+    """Return a row a phase of the usual passage: seconds, the largest speeds in it, the nearest to door and frame."""
+    return [{
+        "phase": report.name, "seconds": round(report.seconds, 2), "base": round(report.base_speed, 2),
+        "base_turn": round(report.base_turn, 2), "door_deg": round(math.degrees(report.door_rate), 1),
+        "joints": round(report.joint_rate, 2), "nearest": round(1e3 * report.nearest, 1),
+    } for report in run_passage().reports]  # fmt: skip
+
+
+def doors(count: int = 100) -> list[dict]:
+    """Return a row a way of choosing way points: how many of the doors 0, 1, ... are passed, and at what cost.
+
+    Nothing was tuned on these doors. "as they are": the usual door's way points, no search.
+    """
+    rows = []
+    for name, opening, dynamics, searched in (
+        ("as they are", 70, False, False), ("searched", 70, False, True), ("searched, in MuJoCo", 70, True, True),
+        ("searched", 60, False, True), ("searched", 55, False, True),
+    ):  # fmt: skip
+        results = list(pass_random_doors(range(count), opening_deg=opening, dynamics=dynamics, searched=searched))
+        passed = [result for result in results if result.passed]
+        low, high = wilson(len(passed), count)
+        rows.append({
+            "way_points": name, "opening_deg": opening, "doors": count, "passed": len(passed), "low": round(low, 3),
+            "high": round(high, 3), "looked_at": max((result.looked_at for result in passed), default=0),
+            "clearance": round(1e3 * min((result.min_clearance for result in passed), default=math.nan), 1),
+            "peak_rate": round(max((result.max_joint_rate for result in passed), default=math.nan), 2),
+            "door_gap": round(math.degrees(max((result.angle_gap for result in passed), default=math.nan)), 2),
+        })  # fmt: skip
+    return rows

@@ -18,7 +18,7 @@ import numpy as np
 from tutorialbot.errors import InvalidType, InvalidValue, finite_number, whole_number
 from tutorialbot.ik.passage_closing import let_go
 from tutorialbot.ik.passage_follow import Piece, follow, move_arm
-from tutorialbot.ik.passage_guards import FASTEST, exit_margin, hand, least_elbow, watch
+from tutorialbot.ik.passage_guards import FASTEST, exit_margin, hand, least_elbow, stop_margin, watch
 from tutorialbot.ik.passage_legs import ArmLeg, HandLeg, hand_duration, least_jerk, spline
 from tutorialbot.ik.passage_plan import DEG, KEEP, WayPoints
 from tutorialbot.ik.passage_search import NoPlan, Phase, Plan, search
@@ -28,6 +28,7 @@ from tutorialbot.scene.closing_door import ClosingDoor
 from tutorialbot.scene.home_robot import BASE_RADIUS
 
 TRIES, SLOWER, APPROACHES = 3, 3, 3  # of a passage; of a phase that is too fast; of the base toward the hand
+HOPELESS = 5.0  # too fast by this factor: slower is no cure
 CLOSER = 0.10  # how far the base comes closer [m]
 LEAST_OPENING = 10.0 * DEG
 ORDER = 2  # n of eq (2)
@@ -69,8 +70,8 @@ class Passage:
     door_angle (n,) (measured, when it was played in MuJoCo, else as planned); grasped (n,): the hand holds the knob;
     phase (n,): number in `phases`; scale (n,): b; min_clearance [m]: base and arm from frame and door, holding pads
     apart; max_tip_error [m]; reports: one for each phase; failure: None when passed; tries: with how many sets of way
-    points; looked_at: how many the search for them looked at; way: the last of them; replay: MuJoCo's answer, None without; angle_gap [rad]: how far its door was from
-    the planned angle, up to (h).
+    points; looked_at: how many the search for them looked at; way: the last of them; replay: MuJoCo's answer, None
+    without; angle_gap [rad]: how far its door was from the planned angle, up to (h).
     """
 
     door: ClosingDoor
@@ -146,7 +147,7 @@ def run_plan(arm: SphericalArm, door: ClosingDoor, opening: float, plan: Plan) -
         watched = watch(arm, door, legs, pieces)
         margins = watched.margins | {"exit": exit_margin(phase.name, arm, door, plan.way, opening, pieces[-1])}
         if pieces[-1].stop:
-            margins |= {pieces[-1].stop: pieces[-1].s - 1.0}
+            margins |= {pieces[-1].stop: stop_margin(arm, pieces[-1])}
         reports.append(_report(phase.name, pieces, margins, watched.nearest, recoveries))
         runs.append((legs, pieces))
         worst = min(margins, key=margins.get)
@@ -163,7 +164,7 @@ def _run_phase(arm, door, phase: Phase, base, q) -> tuple[tuple, list[Piece], li
     for again in range(SLOWER + 1):
         done, pieces, helped = _run_legs(arm, door, legs, base, q)
         fastest = max(np.abs(piece.rates).max() for piece in pieces)
-        if fastest <= FASTEST or again == SLOWER:
+        if not FASTEST < fastest < HOPELESS * FASTEST or again == SLOWER:
             break
         recoveries.append("slower")
         legs = tuple(replace(leg, duration=leg.duration * 1.05 * fastest / FASTEST) for leg in legs)
@@ -188,8 +189,8 @@ def _run_legs(arm, door, legs, base, q) -> tuple[tuple, list[Piece], list[str]]:
 
 def _run_leg(arm, door, leg: HandLeg | ArmLeg, q: np.ndarray) -> Piece:
     if isinstance(leg, HandLeg):
-        stretches = leg.path[-1, 3] < door.hold_angle  # a hand that lets go of an open door may stretch the arm
-        return follow(arm, leg, q, ORDER, least_elbow(arm) if stretches else 0.0)
+        watched = leg.path[-1, 3] < door.hold_angle and not leg.nearing  # where the door stays open, it may stretch
+        return follow(arm, leg, q, ORDER, least_elbow(arm) if watched else 0.0)
     piece = move_arm(leg)
     return let_go(arm, door, piece) if leg.closing else piece
 
@@ -214,7 +215,7 @@ def _closer(arm: SphericalArm, leg: HandLeg, piece: Piece) -> list[HandLeg]:
     near[:, :2] += np.linspace(0.0, 1.0, m)[:, None] * step
     rest[:, :2] += step
     still = np.zeros((m, 7))
-    return [replace(leg, path=near, duration=1.5 * hand_duration(near, still)),
+    return [replace(leg, path=near, duration=1.5 * hand_duration(near, still), nearing=True),
             replace(leg, path=rest, duration=max(1.0, (1.0 - s) * leg.duration + 1.0))]  # fmt: skip
 
 

@@ -66,6 +66,16 @@ def least_elbow(arm: SphericalArm) -> float:
     return float(np.arccos(cosine))
 
 
+def stop_margin(arm: SphericalArm, piece: Piece) -> float:
+    """Return the margin, < 0, of the guard that stopped a leg (`Piece.stop`): [rad], b, or what is left of the leg."""
+    return float({
+        "stretch": piece.q[-1, 3] - least_elbow(arm),
+        "branch": piece.scale[-1],
+        "limits": min(-1e-6, (np.array(arm.limits) - np.abs(piece.q[-1])).min()),
+        "stall": piece.s - 1.0,
+    }[piece.stop])  # fmt: skip
+
+
 def exit_margin(name: str, arm: SphericalArm, door: ClosingDoor, way: WayPoints, opening: float, piece: Piece) -> float:
     """Return how far the end of a phase is on the good side of its exit test, < 0 where it has not come there."""
     base, q, theta = piece.base[-1], piece.q[-1], float(piece.theta[-1])

@@ -32,7 +32,7 @@ class HandLeg:
 
     grip: one of GRIPS; roll: of the hand about its own z axis; swivel: of the elbow, all along; touching: the hand
     holds something, or is on its way to or from it; leaning: the base may lean on the door; grasped: the hand holds the
-    knob.
+    knob; nearing: the base comes closer to a hand that is far away, so a stretched arm does not stop it.
     """
 
     path: np.ndarray
@@ -43,6 +43,7 @@ class HandLeg:
     touching: bool = True
     leaning: bool = False
     grasped: bool = False
+    nearing: bool = False
 
 
 @dataclass(frozen=True)

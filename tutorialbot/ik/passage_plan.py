@@ -27,6 +27,7 @@ UPRIGHT = 0.5  # what a swivel of 1 rad costs, in rad of motion
 MOST_STRETCHED, LEVEL = 0.97, 0.5  # wrist from shoulder, of the arm's reach; least level share of that line
 BACK, READY = 0.11, 0.20  # how far the hand is off what it takes or leaves; and before the first grasp [m]
 REGULAR = 0.12  # |sin q2| and |sin q6|: away from the singularities of shoulder and wrist
+SMOOTH = 0.5  # the most that a joint may go between two samples [rad]: more is a singularity passed closely
 OFF = 0.12  # the base's first bit of way after it has leaned on the door [m]
 SAMPLES = 13  # of a leg
 
@@ -170,9 +171,9 @@ def footprint(door: ClosingDoor, paths: list[np.ndarray], keep: float = KEEP) ->
     """
     path = np.vstack(paths)
     panel, frame = clearance.base_alone(door, path[:, 3], path[:, :2])
-    leans = _one_end(panel < keep, panel)
-    counted = panel.min() + (0.0 if panel.min() < -1e-6 else keep + 1e-6) if leans else panel.min()
-    return float(min(frame.min(), counted) - keep)
+    near = panel < keep
+    leans = panel.min() > -1e-6 and _one_end(near, panel)
+    return float(min(frame.min(), panel[~near].min(initial=np.inf) if leans else panel.min()) - keep)
 
 
 def _one_end(near: np.ndarray, panel: np.ndarray) -> bool:
@@ -192,7 +193,7 @@ def options(
 
     They keep KEEP to door and frame (the hand apart), KEEP_ITSELF and KEEP_LIMIT; joint 1 is left to the base's yaw.
     Where there are none, also the guard that stops the best, and its margin [m, rad]: "reach", "level" (the hand is
-    straight above the shoulder), "clearance", "limits".
+    straight above the shoulder), "clearance", "limits" (of joints, of their steps, near singularities).
     """
     path = np.vstack(paths)
     rotation, position = hand_pose(path, grip, 0.0)
@@ -212,10 +213,12 @@ def options(
             q = np.unwrap(srs.inverse(arm, rotation, local, SWIVELS[safe, None], branch)[0], axis=1)
             margin = (np.array(arm.limits)[1:] - KEEP_LIMIT - np.abs(q[..., 1:])).min(axis=(1, 2))
             margin = np.minimum(margin, np.abs(np.sin(q[..., [1, 5]])).min(axis=(1, 2)) - REGULAR)
+            steps = np.abs(np.diff(q, axis=1))
+            margin = np.minimum(margin, SMOOTH - steps.max(axis=(1, 2)))
             best = max(best, margin.max())
             for k in np.flatnonzero(margin > 0.0):
                 swivel = float(SWIVELS[safe[k]])
-                effort = np.abs(np.diff(q[k, :, 1:], axis=0)).max(axis=1).sum() + UPRIGHT * abs(swivel)
+                effort = steps[k, :, 1:].max(axis=1).sum() + UPRIGHT * abs(swivel)
                 found.append(Option(swivel, branch, roll, tuple(np.split(q[k], ends)), float(effort)))
     return sorted(found, key=lambda option: option.effort), "limits", float(best)
 

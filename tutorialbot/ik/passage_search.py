@@ -33,6 +33,7 @@ PHASES = (
     "g move the base", "h go through", "i let go",
 )  # fmt: skip
 TRIES = 600  # draws of way points for each half of the passage
+LONGEST, PATIENCE = 60.0, 40  # a plan that takes longer [s] has to compete with what so many more draws bring
 PAIRS = 6  # postures before and after (f) that are tried together
 BENT = 0.4  # the elbow in free motions, at least [rad]
 BEHIND = 0.30  # the hand's distance from the closed door at the end [m]
@@ -54,6 +55,11 @@ class Plan:
     q: np.ndarray
     way: WayPoints
     tried: int
+
+    @property
+    def seconds(self) -> float:
+        """How long all legs take [s], without recoveries."""
+        return sum(leg.duration for phase in self.phases for leg in phase.legs)
 
 
 @dataclass(frozen=True)
@@ -111,7 +117,7 @@ def search(
             break
     else:
         return tally.result(PHASES[2])
-    ways, tally = [*paths], Tally.empty()
+    ways, tally, plans = [*paths], Tally.empty(), []
     for more in range(draws):
         way = way if skipped + more == 0 else vary_through(door, way, rng)
         paths = through_paths(door, way, opening)
@@ -119,9 +125,13 @@ def search(
         joined = _join(arm, door, opening, found, after, paths, rng) if after else None
         if joined:
             before, after, between = joined
-            return Plan(*_phases(arm, door, (ways, before), (paths, after), between), way, number + more + 2)
-        if after:
+            plans.append(Plan(*_phases(arm, (ways, before), (paths, after), between), way, number + more + 2))
+        elif after:
             tally.add("free motion", -1.0)
+        if plans and (plans[-1].seconds < LONGEST or more >= plans[0].tried + PATIENCE):
+            break
+    if plans:
+        return min(plans, key=lambda plan: plan.seconds)
     return tally.result(PHASES[5] if tally.count["free motion"] else PHASES[6])
 
 
@@ -204,7 +214,7 @@ def _join(arm, door, opening, before, after, paths, rng) -> tuple[Option, Option
     return None
 
 
-def _phases(arm, door, opened, gone, between) -> tuple[tuple[Phase, ...], np.ndarray]:
+def _phases(arm, opened, gone, between) -> tuple[tuple[Phase, ...], np.ndarray]:
     """Legs of all phases, and the joints at the start; now the base's yaw comes in (see `passage_plan`)."""
     (paths, before), (later, after) = opened, gone
     yaw = (between[0][0] + between[-1][0]) / 2.0  # of the base in (e) and (f): joint 1 turns to both sides
