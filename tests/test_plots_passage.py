@@ -5,12 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from tutorialbot import plots_passage
+from tutorialbot import pictures, plots_passage
+from tutorialbot.errors import InvalidValue
 from tutorialbot.ik import knob_release, moving_base, phase_portrait, stretch
 from tutorialbot.ik.arm_frames import arm_frames, elbow_rate, robot_frames
 from tutorialbot.ik.full_workspace import full_workspace
+from tutorialbot.ik.passage import run_passage
 from tutorialbot.ik.singularity_consistent import SphericalArm, elbow_peak_rate
 from tutorialbot.ik.stretch_paths import radial
+from tutorialbot.scene.closing_door import ClosingDoor
 
 ARM = SphericalArm()
 Q = np.array([0.3, 1.2, -0.4, 0.9, 0.5, 0.8, 0.1])
@@ -93,3 +96,38 @@ def test_lines_and_workspace(figure):
     plots_passage.plot_reach(four, ARM, 0.5)
     np.testing.assert_allclose(three.lines[0].get_ydata(), np.rad2deg(data.opening[1, :, 0]))
     assert [patch.radius for patch in four.patches][0] == 0.7
+
+
+@pytest.fixture(scope="module")
+def passed():
+    return run_passage()
+
+
+def test_a_door_from_above_has_its_panel_at_each_angle(ax):
+    door = ClosingDoor()
+    plots_passage.plot_door(ax, door, [0.0, 1.0])
+    panels = [patch.get_xy()[:4] for patch in ax.patches if len(getattr(patch, "get_xy", list)()) == 5]
+    assert len(panels) == 2
+    for angle, panel in zip((0.0, 1.0), panels, strict=True):
+        np.testing.assert_allclose(panel, door.panel_corners(angle))
+
+
+def test_a_plan_shows_base_arm_and_what_the_hand_does(ax, passed):
+    colours = {}
+    for held in (True, False):
+        ax.clear()
+        instant = int(np.flatnonzero(passed.grasped == held)[-1])
+        plots_passage.plot_plan(ax, passed, instant)
+        *_, arm, hand = ax.lines
+        np.testing.assert_allclose(arm.get_xydata()[0], passed.base[instant, :2], atol=1e-12)
+        np.testing.assert_allclose(hand.get_xydata()[0], arm.get_xydata()[-1])
+        colours[held] = hand.get_color()
+    assert colours[True] != colours[False]
+
+
+def test_the_picture_of_the_passage_moves_with_the_robot(passed):
+    one, other = (np.asarray(pictures.through(passed, share, 320, 180)).astype(int) for share in (0.2, 0.8))
+    assert one.shape == (180, 320, 3) and (np.abs(one - other).max(axis=2) > 40).mean() > 0.01
+    failed = run_passage(ClosingDoor(width=0.6))
+    with pytest.raises(InvalidValue, match="run"):
+        pictures.through(failed)

@@ -203,7 +203,8 @@ def plot_plan(ax: Axes, run: Passage, instant: int, arm: SphericalArm | None = N
     frames = arm_frames(SphericalArm() if arm is None else arm, run.q[instant], base)
     ax.plot(*run.base[: instant + 1, :2].T, color=COLOURS["ours"], lw=0.8)
     ax.add_patch(Circle(base[:2], BASE_RADIUS, fc=COLOURS["ours"], alpha=0.35))
-    ax.plot(*np.transpose([base[:2], base[:2] + BASE_RADIUS * np.array([np.cos(base[2]), np.sin(base[2])])]), "k-", lw=1)
+    front = base[:2] + BASE_RADIUS * np.array([np.cos(base[2]), np.sin(base[2])])
+    ax.plot(*np.transpose([base[:2], front]), "k-", lw=1)
     ax.plot(*frames.points[:, :2].T, "o-", color="#333333", lw=2.5, ms=4)
     colour = COLOURS["good"] if run.grasped[instant] else COLOURS["student"]
     ax.plot(*frames.points[-1, :2], "o", color=colour, ms=7)

@@ -9,7 +9,7 @@ from tests.scene.door_motions import PERIOD, START, Motion, chain, pull, reach, 
 from tutorialbot.errors import InvalidType
 from tutorialbot.scene import home_robot, omni
 from tutorialbot.scene.closing_door import ClosingDoor
-from tutorialbot.scene.passage_world import Replay, replay, world
+from tutorialbot.scene.passage_world import Replay, configuration, replay, world
 
 DOOR = ClosingDoor()
 PUSHED = 0.45  # where the hand holds the push face, from the hinge [m]
@@ -249,3 +249,15 @@ def test_other_bad_arguments_are_named():
         world(DOOR, wall_opacity=2.0)
     with pytest.raises(InvalidType, match="fixtures"):
         world(DOOR, fixtures=[np.eye(4)])
+
+
+def test_a_configuration_puts_every_joint_in_its_place(pulled):
+    motion, played = pulled
+    model = world(DOOR)
+    qpos = configuration(model, DOOR, played.base, played.q, played.door_angle)
+    assert qpos.shape == played.qpos.shape
+    for name in (*home_robot.MOVING, "door/hinge", "door/closer_arm"):
+        place = model.joint(name).qposadr[0]
+        np.testing.assert_allclose(qpos[:, place], played.qpos[:, place], atol=1e-12)
+    one = configuration(model, DOOR, played.base[5], played.q[5], played.door_angle[5])
+    np.testing.assert_array_equal(one, qpos[5])

@@ -107,7 +107,7 @@ def world(
 
 
 def configuration(model: mujoco.MjModel, door: ClosingDoor, base, q, angle) -> np.ndarray:
-    """Return qpos (..., nq) of `world(door)` for pictures: base (..., 3), q (..., 7) and the door's angle (...) [rad]."""
+    """Return qpos (..., nq) of `world(door)` for pictures, from base (..., 3), q (..., 7), door's angle (...) [rad]."""
     base, q, angle = (np.asarray(part, dtype=float) for part in (base, q, angle))
     qpos = np.tile(model.qpos0, (*angle.shape, 1))
     qpos[..., [model.joint(name).qposadr[0] for name in home_robot.MOVING]] = np.concatenate([base, q], axis=-1)
