@@ -40,7 +40,7 @@ class Retreat:
         return x, y, np.round(poses[:, 2] * TURNS / (2 * np.pi)).astype(int) % TURNS
 
     def steps(self, poses: np.ndarray) -> np.ndarray:
-        """Return the number of steps (n,) from the places next to poses (n, 3) of the nozzle, FAR if there is no way."""
+        """Return the number of steps (n,) from the places next to the nozzle's poses (n, 3); FAR: there is no way."""
         return self._steps[self._places(poses)]
 
 

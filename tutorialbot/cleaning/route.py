@@ -12,10 +12,10 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from tutorialbot.cleaning.body import Body, Distances
-from tutorialbot.cleaning.lanes import Lane
+from tutorialbot.cleaning.lanes import Lane, in_room
 from tutorialbot.cleaning.reach import FORWARD, LEFT
 from tutorialbot.cleaning.retreat import FAR, Retreat
-from tutorialbot.cleaning.wriggle import clear_between, moved, nozzles, ways_out
+from tutorialbot.cleaning.wriggle import clear_between, moved, ways_out
 
 GRID = 0.1  # between nodes [m]
 TURNS = 16  # headings
@@ -25,7 +25,7 @@ TIGHT, SLACK = 0.005, 0.0005  # what it keeps at least, and how much less than a
 FINE = 0.03  # between checks along a way [m]
 BACK, BACK_MOST = 0.1, 8  # steps back from a lane's end [m], and how many
 BACKWARDS = np.pi + np.array([0.0, 0.8, -0.8, 1.57, -1.57])  # ... and in which directions of the base [rad]
-ALIKE = np.array([0.12, 0.12, 0.15, 0.1, 0.1])  # base [m, m, rad] and nozzle [m, m], next to one that is stuck
+ALIKE = np.array([0.06, 0.06, 0.08, 0.05, 0.05])  # base [m, m, rad] and nozzle [m, m], next to one that is stuck
 ARC = 0.3  # length [m] that costs as much as a turn by one radian
 
 
@@ -176,12 +176,12 @@ class Router:
     @cached_property
     def _retreat(self) -> Retreat:
         nodes = self.nodes[self.component == self.home]
-        drawn = nozzles(np.column_stack([nodes, np.tile(DRAWN, (len(nodes), 1))]))
+        drawn = in_room(nodes, np.tile(DRAWN, (len(nodes), 1)))
         return Retreat(self.body, self.distances, np.column_stack([drawn, nodes[:, 2]]), TIGHT)
 
     def _ahead(self, states: np.ndarray) -> np.ndarray:
         """Return about how many small moves (n,) it takes from states (n, 5) until the nozzle can be drawn close."""
-        steps = self._retreat.steps(np.column_stack([nozzles(states), states[:, 2]]))
+        steps = self._retreat.steps(np.column_stack([in_room(states[:, :3], states[:, 3:]), states[:, 2]]))
         return np.where(steps < FAR, steps + np.abs(states[:, 3:] - DRAWN).sum(axis=1), np.inf)
 
     def drawing(self, base: np.ndarray, nozzle: np.ndarray) -> np.ndarray | None:

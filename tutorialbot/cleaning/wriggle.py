@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from tutorialbot.cleaning.body import Body, Distances
+from tutorialbot.cleaning.lanes import in_room
 from tutorialbot.cleaning.reach import FORWARD, LEFT
 
 STEP, TURN = 0.05, np.pi / 24  # of a move [m], [rad]
@@ -66,16 +67,9 @@ def neighbours(states: np.ndarray) -> np.ndarray:
     return np.stack(found)
 
 
-def nozzles(states: np.ndarray) -> np.ndarray:
-    """Return the nozzle's middle (n, 2) in the room [m]."""
-    cosine, sine = np.cos(states[:, 2]), np.sin(states[:, 2])
-    forward, left = states[:, 3], states[:, 4]
-    return states[:, :2] + np.stack([cosine * forward - sine * left, sine * forward + cosine * left], axis=1)
-
-
 def moved(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return how far (n,) [m] any part of the robot moves from states a to b (n, 5), at most."""
-    base, nozzle = np.hypot(*(b - a)[:, :2].T), np.hypot(*(nozzles(b) - nozzles(a)).T)
+    base, nozzle = np.hypot(*(b - a)[:, :2].T), np.hypot(*(in_room(b[:, :3], b[:, 3:]) - in_room(a[:, :3], a[:, 3:])).T)
     return np.maximum(base, nozzle) + BREADTH * np.abs(b[:, 2] - a[:, 2])
 
 
