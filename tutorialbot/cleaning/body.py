@@ -254,8 +254,7 @@ def _capsule(place: np.ndarray, axis: np.ndarray, size: np.ndarray) -> tuple[np.
     steep = upright > STEEP
     sliced = size[0] / np.maximum(upright, STEEP) + half * aslant
     radii = np.where(steep, sliced, np.hypot(size[0], half * aslant))  # the latter: what bulges between two balls
-    inner = np.arange(n) % (n - 1) > 0
-    grown = np.where(steep & inner, half * upright, size[0] + half)
+    grown = np.where(steep & (np.arange(n) % (n - 1) > 0), half * upright, size[0] + half)
     return x, y, np.broadcast_to(radii, x.shape), z - grown, z + grown
 
 

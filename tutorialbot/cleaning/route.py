@@ -94,9 +94,8 @@ class Router:
             i, j = number[(number >= 0) & (there >= 0)], there[(number >= 0) & (there >= 0)]
             a = self.nodes[i]
             step = np.array([GRID * dx, GRID * dy, 2 * np.pi / TURNS * turn])
-            good = np.ones(len(i), dtype=bool)
-            for share in (0.25, 0.5, 0.75) if turn else (0.5,):
-                good[good] = self.clear(a[good] + share * step, DRAWN)
+            ends = (np.column_stack([poses, np.tile(DRAWN, (len(a), 1))]) for poses in (a, a + step))
+            good = clear_between(self.body, self.distances, *ends, MARGIN)
             cost = np.hypot(step[0], step[1]) + ARC * step[2]
             rows.append(i[good]), columns.append(j[good]), costs.append(np.full(int(good.sum()), cost))
         n = len(self.nodes)

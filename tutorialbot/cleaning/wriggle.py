@@ -19,7 +19,7 @@ ROUNDS = 40  # so often at most
 TRIED = 6  # of the new states are tried whether they are out
 LIKE = 0.025  # states are the same when they round to the same multiples of it [m]
 ARM = 0.8  # a turn by one radian moves the nozzle about so far [m]
-BREADTH = 0.2  # ... and parts of the robot past its middle and the nozzle's at most so far [m]
+BREADTH = 0.25  # ... and parts of the robot past its middle and the nozzle's at most so far [m]
 MISSED = 0.001  # a way between two states comes nearer to something than it may by at most so much [m]
 
 
