@@ -101,10 +101,10 @@ def test_areas_that_cannot_be_cleaned_are_refused(area):
 def test_whole_rooms_get_clean(name):
     """A seed on which nothing was tuned. What is reachable and what is open is found without the planner."""
     room = ROOMS[name]
-    run = cleaning.plan(room.floor, room=room, seed=202)
+    run = cleaning.plan(room.floor, room=room, seed=303)
     shares = f"{run.coverage_within_reach:.4f} within reach, {run.coverage:.4f} of reachable"
     print(f"\n{name}: {shares}, {run.coverage_of_area:.4f} of all; clearance {1e3 * run.min_clearance:.2f} mm")
     assert run.finished
-    assert run.min_clearance > (-0.002 if name == "living room" else 0.0)  # a known fault: it may brush a chair there
+    assert run.min_clearance > 0.0
     assert run.coverage_within_reach >= 0.98
-    assert run.coverage >= 0.97
+    assert run.coverage >= 0.98

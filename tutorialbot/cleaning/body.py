@@ -17,7 +17,8 @@ from tutorialbot.scene import room as rooms
 from tutorialbot.scene.room import Room
 
 RASTER = 0.01  # [m]
-SPACING = 0.02  # of columns along a capsule [m]
+SPACING = 0.01  # of columns along a capsule [m]
+STEEP = 0.7  # cosine of the angle to the vertical up to which a capsule is sliced
 MANY = 1000  # poses
 HALF = 0.5 * np.array([rooms.NOZZLE_LENGTH, rooms.NOZZLE_WIDTH])
 BAND = 0.005  # heights are rounded outwards to multiples of it [m]
@@ -169,11 +170,19 @@ class Body:
         """
         nozzles = np.broadcast_to(nozzles, (len(poses), 2))
         least = self.base.clearance(distances, poses)
-        np.minimum(least, self.held.clearance(distances, poses, nozzles), out=least)
+        np.minimum(least, self.tool_clearance(distances, poses, nozzles), out=least)
+        return np.minimum(least, self.arm.clearance(distances, poses, which=self.nearest(nozzles)), out=least)
+
+    def tool_clearance(self, distances: Distances, poses: np.ndarray, nozzles: np.ndarray | None = None) -> np.ndarray:
+        """Return the clearance (n,) [m] of nozzle, pipe and cleaner, lifted, the base at poses (n, 3), the nozzle at
+        nozzles (n, 2) [m] in its frame; None: the poses are the nozzle's own.
+        """
+        nozzles = np.zeros((len(poses), 2)) if nozzles is None else nozzles
+        least = self.held.clearance(distances, poses, nozzles)
         for block in np.array_split(np.arange(len(poses)), len(poses) // MANY + 1):
             found = _from_corners(distances.corners, poses[block], nozzles[block])
             least[block] = np.minimum(least[block], found)
-        return np.minimum(least, self.arm.clearance(distances, poses, which=self.nearest(nozzles)), out=least)
+        return least
 
     def nearest(self, nozzles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return numbers (n,) in `forward` and `left` of the measured postures next to nozzles (n, 2)."""
@@ -233,12 +242,20 @@ def _step(x: np.ndarray, y: np.ndarray, axis: int) -> np.ndarray:
 
 
 def _capsule(place: np.ndarray, axis: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return x, y, radii, low, high (..., m) of discs around capsules with middles and axes (..., 3)."""
+    """Return x, y, radii, low, high (..., m) of discs around capsules with middles and axes (..., 3).
+
+    A steep capsule is sliced: each disc encloses the slanting cylinder between two heights only, and those at the ends
+    the caps as well. One that lies rather flat is enclosed ball by ball.
+    """
     n = int(np.ceil(2 * size[1] / SPACING)) + 1
     half = size[1] / (n - 1)
     x, y, z = np.moveaxis(place[..., None, :] + np.linspace(-size[1], size[1], n)[:, None] * axis[..., None, :], -1, 0)
-    grown = np.hypot(size[0], half * np.hypot(axis[..., :1], axis[..., 1:2]))  # what bulges between two discs
-    return x, y, np.broadcast_to(grown, x.shape), z - size[0] - half, z + size[0] + half
+    aslant, upright = np.hypot(axis[..., :1], axis[..., 1:2]), np.abs(axis[..., 2:])
+    steep = upright > STEEP
+    sliced = size[0] / np.maximum(upright, STEEP) + half * aslant
+    radii = np.where(steep, sliced, np.hypot(size[0], half * aslant))  # the latter: what bulges between two balls
+    grown = np.where(steep & (np.arange(n) % (n - 1) > 0), half * upright, size[0] + half)
+    return x, y, np.broadcast_to(radii, x.shape), z - grown, z + grown
 
 
 def _rounded(x: np.ndarray, y: np.ndarray, radii: np.ndarray, low: np.ndarray, high: np.ndarray) -> Columns:

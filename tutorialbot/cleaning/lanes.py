@@ -30,7 +30,7 @@ OVERLAP = 0.001  # what is nearer than this [m] to the nozzle's rim is not count
 TOUCH = 1e-5  # [m]
 BIN = 0.01  # for counting cells under a lane [m]
 LEAST = 1  # new cells for which a lane is still worth it
-WORTH = 8  # ... for which a way to it is looked for hard
+WORTH = 4  # ... for which a way to it is looked for hard
 OVERHEAD = 0.5  # length [m] that costs as much time as getting to another lane
 
 

@@ -5,25 +5,27 @@ which it fits too. Ways are then pulled straight wherever the robot fits on the 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from tutorialbot.cleaning.body import Body, Distances
-from tutorialbot.cleaning.lanes import Lane
+from tutorialbot.cleaning.lanes import Lane, in_room
 from tutorialbot.cleaning.reach import FORWARD, LEFT
-from tutorialbot.cleaning.wriggle import ways_out
+from tutorialbot.cleaning.retreat import FAR, Retreat
+from tutorialbot.cleaning.wriggle import clear_between, moved, ways_out
 
 GRID = 0.1  # between nodes [m]
 TURNS = 16  # headings
 DRAWN = np.array([FORWARD[0], LEFT[4]])  # where the nozzle is on the way, in the base's frame [m]
 MARGIN = 0.02  # the robot keeps on its ways [m]
-TIGHT, SLACK = 0.0035, 0.0005  # what it keeps at least, and how much less than at the ends [m]
+TIGHT, SLACK = 0.005, 0.0005  # what it keeps at least, and how much less than at the ends [m]
 FINE = 0.03  # between checks along a way [m]
 BACK, BACK_MOST = 0.1, 8  # steps back from a lane's end [m], and how many
 BACKWARDS = np.pi + np.array([0.0, 0.8, -0.8, 1.57, -1.57])  # ... and in which directions of the base [rad]
-ALIKE = np.array([0.12, 0.12, 0.15, 0.1, 0.1])  # base [m, m, rad] and nozzle [m, m], next to one that is stuck
+ALIKE = np.array([0.06, 0.06, 0.08, 0.05, 0.05])  # base [m, m, rad] and nozzle [m, m], next to one that is stuck
 ARC = 0.3  # length [m] that costs as much as a turn by one radian
 
 
@@ -71,13 +73,14 @@ class Router:
 
         It keeps MARGIN, or where it is nearer to something at one of the ends, nearly as much as there.
         """
-        fine, held = [poses[:1]], [nozzles[:1]]
-        for a, b, p, q in zip(poses[:-1], poses[1:], nozzles[:-1], nozzles[1:], strict=True):
-            reach = np.hypot(*(b - a)[:2]) + abs(b[2] - a[2]) * 0.9 + np.abs(q - p).max()
-            share = np.linspace(0, 1, int(np.ceil(reach / FINE)) + 1)[1:, None]
-            fine.append(a + share * (b - a)), held.append(p + share * (q - p))
-        clearance = self.body.clearance(self.distances, np.concatenate(fine), np.concatenate(held))
-        return bool(clearance.min() > min(MARGIN, max(TIGHT, clearance[[0, -1]].min() - SLACK)))
+        states, fine = np.column_stack([poses, nozzles]), [np.append(poses[0], nozzles[0])[None]]
+        for a, b, way in zip(states[:-1], states[1:], moved(states[:-1], states[1:]), strict=True):
+            fine.append(a + np.linspace(0, 1, int(np.ceil(way / FINE)) + 1)[1:, None] * (b - a))
+        fine = np.concatenate(fine)
+        clearance = self.body.clearance(self.distances, fine[:, :3], fine[:, 3:])
+        least = min(MARGIN, max(TIGHT, clearance[[0, -1]].min() - SLACK))
+        enough = bool(clearance.min() > least)
+        return enough and bool(clear_between(self.body, self.distances, fine[:-1], fine[1:], least).all())
 
     def _edges(self) -> coo_array:
         """The graph: eight neighbours in the plane, and the next heading; edges are checked in between."""
@@ -91,9 +94,8 @@ class Router:
             i, j = number[(number >= 0) & (there >= 0)], there[(number >= 0) & (there >= 0)]
             a = self.nodes[i]
             step = np.array([GRID * dx, GRID * dy, 2 * np.pi / TURNS * turn])
-            good = np.ones(len(i), dtype=bool)
-            for share in (0.25, 0.5, 0.75) if turn else (0.5,):
-                good[good] = self.clear(a[good] + share * step, DRAWN)
+            ends = (np.column_stack([poses, np.tile(DRAWN, (len(a), 1))]) for poses in (a, a + step))
+            good = clear_between(self.body, self.distances, *ends, MARGIN)
             cost = np.hypot(step[0], step[1]) + ARC * step[2]
             rows.append(i[good]), columns.append(j[good]), costs.append(np.full(int(good.sum()), cost))
         n = len(self.nodes)
@@ -152,26 +154,34 @@ class Router:
         state = np.concatenate([base, nozzle])
         if any((np.abs(state - other) < ALIKE).all() for other in self._stuck):
             return None
-        ends: dict[int, tuple[np.ndarray, int]] = {}
+        ends: list[tuple[np.ndarray, int]] = []
 
-        def out(states: np.ndarray) -> np.ndarray:
-            free = np.flatnonzero(self.clear(states[:, :3], DRAWN))
-            for i in free:
-                drawing = self.drawing(states[i, :3], states[i, 3:])
-                node = None if drawing is None else self.entry(states[i, :3])
-                if node is not None and self.component[node] == self.home:
-                    ends[0] = drawing, node
-                    return np.arange(len(states)) == i
-            return np.zeros(len(states), dtype=bool)
+        def out(state: np.ndarray) -> bool:
+            drawing = self.drawing(state[:3], state[3:]) if self.clear(state[None, :3], DRAWN)[0] else None
+            node = None if drawing is None else self.entry(state[:3])
+            if node is not None and self.component[node] == self.home:
+                ends.append((drawing, node))
+            return bool(ends)
 
         here = self.body.clearance(self.distances, base[None], nozzle[None])[0]
-        way = ways_out(self.body, self.distances, base, nozzle, TIGHT, out) if here > TIGHT else None
+        way = ways_out(self.body, self.distances, base, nozzle, TIGHT, self._ahead, out) if here > TIGHT else None
         if way is None:
             self._stuck.append(state)
             return None
         drawing, node = ends[0]
         bases = np.concatenate([way[:, :3], np.tile(way[-1, :3], (len(drawing), 1))])
         return Exit(bases, np.concatenate([way[:, 3:], drawing]), node)
+
+    @cached_property
+    def _retreat(self) -> Retreat:
+        nodes = self.nodes[self.component == self.home]
+        drawn = in_room(nodes, np.tile(DRAWN, (len(nodes), 1)))
+        return Retreat(self.body, self.distances, np.column_stack([drawn, nodes[:, 2]]), TIGHT)
+
+    def _ahead(self, states: np.ndarray) -> np.ndarray:
+        """Return about how many small moves (n,) it takes from states (n, 5) until the nozzle can be drawn close."""
+        steps = self._retreat.steps(np.column_stack([in_room(states[:, :3], states[:, 3:]), states[:, 2]]))
+        return np.where(steps < FAR, steps + np.abs(states[:, 3:] - DRAWN).sum(axis=1), np.inf)
 
     def drawing(self, base: np.ndarray, nozzle: np.ndarray) -> np.ndarray | None:
         """Return nozzles (m, 2) that draw the lifted nozzle close with the base at rest; None if something is near."""

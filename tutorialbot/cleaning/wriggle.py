@@ -1,8 +1,8 @@
-"""Out of a narrow place by small moves of base and arm together, found breadth-first.
+"""Out of a narrow place by small moves of base and arm together, found best-first.
 
 Between the legs of a table the nozzle often can neither be drawn close nor driven straight back. A state is a pose of
-the base and a place of the nozzle in its frame; from each, small moves lead to others, and of the states reached with
-the same number of moves those with the most room around them go on.
+the base and a place of the nozzle in its frame; from each, small moves lead to others, and those from which the tool
+alone is the fewest steps from the open (see `retreat`) go on first.
 """
 
 from collections.abc import Callable
@@ -10,13 +10,17 @@ from collections.abc import Callable
 import numpy as np
 
 from tutorialbot.cleaning.body import Body, Distances
+from tutorialbot.cleaning.lanes import in_room
 from tutorialbot.cleaning.reach import FORWARD, LEFT
 
 STEP, TURN = 0.05, np.pi / 24  # of a move [m], [rad]
-KEPT = 100  # states go on from each level
-LEVELS = 16  # moves at most
+BATCH = 50  # states go on at a time
+ROUNDS = 40  # so often at most
+TRIED = 6  # of the new states are tried whether they are out
 LIKE = 0.025  # states are the same when they round to the same multiples of it [m]
 ARM = 0.8  # a turn by one radian moves the nozzle about so far [m]
+BREADTH = 0.25  # ... and parts of the robot past its middle and the nozzle's at most so far [m]
+MISSED = 0.001  # a way between two states comes nearer to something than it may by at most so much [m]
 
 
 def moves() -> np.ndarray:
@@ -29,9 +33,9 @@ def moves() -> np.ndarray:
     return np.array(found)
 
 
-def after(states: np.ndarray, move: np.ndarray, share: float = 1.0) -> np.ndarray:
-    """Return states (n, 5), base x, y [m], yaw [rad] and nozzle forward, left [m], after a share of a move (5,)."""
-    forward, left, _, nozzle_forward, nozzle_left = share * move
+def after(states: np.ndarray, move: np.ndarray) -> np.ndarray:
+    """Return states (n, 5), base x, y [m], yaw [rad] and nozzle forward, left [m], after a move (5,)."""
+    forward, left, _, nozzle_forward, nozzle_left = move
     cosine, sine = np.cos(states[:, 2]), np.sin(states[:, 2])
     shift = np.stack([cosine * forward - sine * left, sine * forward + cosine * left], axis=1)
     nozzle = states[:, 3:] + [nozzle_forward - forward, nozzle_left - left]
@@ -56,49 +60,84 @@ def within_reach(states: np.ndarray) -> np.ndarray:
     return ((states[:, 3:] >= low) & (states[:, 3:] <= high)).all(axis=1)
 
 
-def neighbours(states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the states (k, n, 5) half way and after each kind of move."""
-    pairs = [(after(states, move, 0.5), after(states, move)) for move in moves()]
-    for angle in (TURN, -TURN):
-        pairs += [(turned(states, angle / 2, nozzle), turned(states, angle, nozzle)) for nozzle in (False, True)]
-    return tuple(np.stack(column) for column in zip(*pairs, strict=True))
+def neighbours(states: np.ndarray) -> np.ndarray:
+    """Return the states (k, n, 5) after each kind of move."""
+    found = [after(states, move) for move in moves()]
+    found += [turned(states, angle, nozzle) for angle in (TURN, -TURN) for nozzle in (False, True)]
+    return np.stack(found)
+
+
+def moved(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return how far (n,) [m] any part of the robot moves from states a to b (n, 5), at most."""
+    base, nozzle = np.hypot(*(b - a)[:, :2].T), np.hypot(*(in_room(b[:, :3], b[:, 3:]) - in_room(a[:, :3], a[:, 3:])).T)
+    return np.maximum(base, nozzle) + BREADTH * np.abs(b[:, 2] - a[:, 2])
+
+
+def clear_between(body: Body, distances: Distances, a: np.ndarray, b: np.ndarray, least: float) -> np.ndarray:
+    """Return whether the robot keeps `least` [m] all the way, driven evenly, from states a to b (n, 5), which do, (n,).
+
+    Pieces are halved until nothing can be missed between their ends: clearance changes no faster than the robot moves.
+    """
+    good, number = np.ones(len(a), dtype=bool), np.arange(len(a))
+    at_a, at_b = (body.clearance(distances, states[:, :3], states[:, 3:]) for states in (a, b))
+    while True:
+        unsure = good[number] & ((at_a + at_b - moved(a, b)) / 2 < least - MISSED)
+        if not unsure.any():
+            return good
+        number, a, b, at_a, at_b = (values[unsure] for values in (number, a, b, at_a, at_b))
+        middle = (a + b) / 2
+        here = body.clearance(distances, middle[:, :3], middle[:, 3:])
+        good[number[here <= least]] = False
+        number, a, b = np.tile(number, 2), np.concatenate([a, middle]), np.concatenate([middle, b])
+        at_a, at_b = np.concatenate([at_a, here]), np.concatenate([here, at_b])
 
 
 def ways_out(
-    body: Body, distances: Distances, base: np.ndarray, nozzle: np.ndarray, least: float, out: Callable
+    body: Body, distances: Distances, base: np.ndarray, nozzle: np.ndarray, least: float, ahead: Callable, out: Callable
 ) -> np.ndarray | None:
-    """Return states (m, 5) from base (3,) and nozzle (2,), lifted, to one that is `out(states (n, 5)) -> (n,)`.
+    """Return states (m, 5) from base (3,) and nozzle (2,), lifted, to one that is `out(state (5,)) -> bool`.
 
-    The robot keeps at least `least` [m] from everything. None: no way was found, which does not mean there is none.
+    ahead(states (n, 5)) -> (n,): an estimate of the moves that are left; the BATCH states with the least go on. The
+    robot keeps at least `least` [m] from everything. None: no way was found, which does not mean there is none.
     """
-    states, chains = np.concatenate([base, nozzle])[None], [np.zeros(1, dtype=int)]
-    levels, seen = [states], set(map(bytes, _rounded(states)))
-    for _ in range(LEVELS):
-        half, whole = neighbours(states)
-        parents = np.tile(np.arange(len(states)), len(whole))
-        half, whole = half.reshape(-1, 5), whole.reshape(-1, 5)
-        kept = np.sort(np.unique(_rounded(whole), axis=0, return_index=True)[1])
-        kept = kept[within_reach(whole[kept]) & within_reach(half[kept])]
-        kept = kept[np.array([bytes(key) not in seen for key in _rounded(whole[kept])], dtype=bool)]
-        room = body.clearance(distances, whole[kept, :3], whole[kept, 3:])
-        kept = kept[np.argsort(-room, kind="stable")][: int((room > least).sum())]
-        kept = kept[body.clearance(distances, half[kept, :3], half[kept, 3:]) > least][:KEPT]
-        if not len(kept):
+    states, parents = np.concatenate([base, nozzle])[None], np.array([-1])
+    left, seen = ahead(states), set(map(bytes, _rounded(states)))
+    for _ in range(ROUNDS):
+        now = np.argsort(left, kind="stable")[:BATCH]
+        now = now[np.isfinite(left[now])]
+        if not len(now):
             return None
-        states = whole[kept]
-        seen.update(map(bytes, _rounded(states)))
-        levels.append(states), chains.append(parents[kept])
-        done = np.flatnonzero(out(states))
-        if len(done):
-            return _traced(levels, chains, int(done[0]))
+        left[now] = np.inf  # they have gone on
+        new, origin = _new(neighbours(states[now]), now, seen)
+        good = body.clearance(distances, new[:, :3], new[:, 3:]) > least
+        good[good] = clear_between(body, distances, states[origin[good]], new[good], least)
+        new, origin = new[good], origin[good]
+        seen.update(map(bytes, _rounded(new)))
+        first, more = len(states), ahead(new)
+        states, parents = np.concatenate([states, new]), np.concatenate([parents, origin])
+        left = np.concatenate([left, more])
+        for i in np.argsort(more, kind="stable")[:TRIED]:
+            if out(new[i]):
+                return _traced(states, parents, first + int(i))
     return None
 
 
-def _traced(levels: list[np.ndarray], parents: list[np.ndarray], last: int) -> np.ndarray:
+def _new(found: np.ndarray, origins: np.ndarray, seen: set) -> tuple[np.ndarray, np.ndarray]:
+    """Return those of the states `found` (k, n, 5) that are within reach and like none seen before, and whose number
+    of `origins` (n,) they come from.
+    """
+    origin, found = np.tile(origins, len(found)), found.reshape(-1, 5)
+    kept = np.sort(np.unique(_rounded(found), axis=0, return_index=True)[1])
+    kept = kept[within_reach(found[kept])]
+    kept = kept[np.array([bytes(key) not in seen for key in _rounded(found[kept])], dtype=bool)]
+    return found[kept], origin[kept]
+
+
+def _traced(states: np.ndarray, parents: np.ndarray, last: int) -> np.ndarray:
     way = []
-    for states, before in zip(levels[::-1], parents[::-1], strict=True):
+    while last >= 0:
         way.append(states[last])
-        last = before[last]
+        last = int(parents[last])
     return np.array(way[::-1])
 
 
