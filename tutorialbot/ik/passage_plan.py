@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 
 from tutorialbot.ik import passage_clearance as clearance
 from tutorialbot.ik import srs
-from tutorialbot.ik.base_sharing import MOUNT, Shares
+from tutorialbot.ik.base_sharing import MOUNT, Shares, base_centre_velocity
 from tutorialbot.ik.passage_legs import hand_pose
 from tutorialbot.ik.singularity_consistent import SphericalArm
 from tutorialbot.scene.closing_door import ClosingDoor
@@ -126,18 +126,16 @@ def back_off(sample: np.ndarray, grip: str, away: np.ndarray) -> np.ndarray:
     return path
 
 
-def _shared(door: ClosingDoor, way: WayPoints, start: np.ndarray, s: np.ndarray, shares: Shares | None = None):
-    """Phase (b): the base goes as eq (4) says, K nu_ref, seen from its centre."""
-    shares = shares or Shares()
-    knob, pivot = door.knob_in_panel, way.pivots[0] + s * (way.pivots[1] - way.pivots[0])
+def _shared(door: ClosingDoor, way: WayPoints, start: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Samples of phase (b): the base goes as eq (4) says, by K nu_ref of the tip."""
+    shares, knob, pivot = Shares(), door.knob_in_panel, way.pivots[0] + s * (way.pivots[1] - way.pivots[0])
     theta = s * way.little
     turning = (way.pivots[1] - way.pivots[0]) - way.little  # of the hand, d/ds
 
     def rate(at: float, base: np.ndarray) -> np.ndarray:
         tip = to_world(knob[None, :2], at * way.little)[0]
-        v, omega = way.little * np.array([tip[1], -tip[0]]), shares.yaw * turning
-        nu_mb = np.array([shares.x, shares.y]) * v
-        return nu_mb - omega * np.array([base[1] - tip[1], tip[0] - base[0]])
+        nu_ref = np.array([way.little * tip[1], -way.little * tip[0], 0.0, 0.0, 0.0, turning])
+        return base_centre_velocity(shares.matrix @ nu_ref, tip, base)[:2]  # (4)
 
     base, step = [start], s[1] - s[0]
     for at in s[:-1]:

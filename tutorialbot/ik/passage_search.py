@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tutorialbot.ik import passage_clearance as clearance
+from tutorialbot.ik.base_sharing import Shares
 from tutorialbot.ik.passage_connect import connect
 from tutorialbot.ik.passage_legs import ArmLeg, HandLeg, arm_duration, hand_duration
 from tutorialbot.ik.passage_plan import (
@@ -268,10 +269,10 @@ def _steadier(arm: SphericalArm, path: np.ndarray, q: np.ndarray, kept: float) -
     return turned if np.abs(turned[1][:, 0]).max() < arm.limits[0] - KEEP_LIMIT else _turned(path, q, kept)
 
 
-def _shared_yaw(path, bare, absolute, share: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
-    """Phase (b): the base turns by `share` of the hand's turn, to where (c) begins."""
+def _shared_yaw(path, bare, absolute) -> tuple[np.ndarray, np.ndarray]:
+    """Phase (b), eq (4): the base turns by its share of the hand's turn, to where (c) begins."""
     hand = bare[:, 4] - bare[:, 3]
-    yaw = path[-1, 2] + share * (hand - hand[-1])
+    yaw = path[-1, 2] + Shares().yaw * (hand - hand[-1])
     return _turned(bare, absolute, absolute[:, 0] - yaw)
 
 
