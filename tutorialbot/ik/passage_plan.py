@@ -15,6 +15,7 @@ from scipy.interpolate import CubicSpline
 from tutorialbot.ik import passage_clearance as clearance
 from tutorialbot.ik import srs
 from tutorialbot.ik.base_sharing import MOUNT, Shares, base_centre_velocity
+from tutorialbot.ik.passage_connect import Free
 from tutorialbot.ik.passage_legs import hand_pose
 from tutorialbot.ik.singularity_consistent import SphericalArm
 from tutorialbot.scene.closing_door import ClosingDoor
@@ -25,6 +26,7 @@ SWIVELS = np.arange(-12, 12) * (np.pi / 12.0)
 KEEP, KEEP_ITSELF, KEEP_LIMIT = 0.05, 0.03, 0.06  # of a plan: to door and frame, to itself [m], to joint limits [rad]
 UPRIGHT = 0.5  # what a swivel of 1 rad costs, in rad of motion
 MOST_STRETCHED, LEVEL = 0.97, 0.5  # wrist from shoulder, of the arm's reach; least level share of that line
+GRACE = 0.005  # what a free motion may be nearer [m]: it begins and ends at KEEP
 BACK, READY = 0.11, 0.20  # how far the hand is off what it takes or leaves; and before the first grasp [m]
 REGULAR = 0.12  # |sin q2| and |sin q6|: away from the singularities of shoulder and wrist
 SMOOTH = 0.5  # the most that a joint may go between two samples [rad]: more is a singularity passed closely
@@ -219,6 +221,20 @@ def options(
                 effort = steps[k, :, 1:].max(axis=1).sum() + UPRIGHT * abs(swivel)
                 found.append(Option(swivel, branch, roll, tuple(np.split(q[k], ends)), float(effort)))
     return sorted(found, key=lambda option: option.effort), "limits", float(best)
+
+
+def free_of(arm: SphericalArm, door: ClosingDoor, theta: float, base: np.ndarray) -> Free:
+    """Return what tells which postures (k, 7) are free, with the base at rest at base (3,) and the door at `theta`.
+
+    Arm and hand keep nearly KEEP to door and frame, and KEEP_ITSELF; the base may lean on the door.
+    """
+
+    def free(q: np.ndarray) -> np.ndarray:
+        far = clearance.measure(arm, door, np.full(len(q), theta), np.tile(base, (len(q), 1)), q)
+        apart = np.minimum(far.panel[:, 1:], np.minimum(far.knob[:, 1:], far.frame[:, 1:])).min(axis=1)
+        return (apart > KEEP - GRACE) & (far.itself > KEEP_ITSELF) & (far.deck > KEEP_ITSELF)
+
+    return free
 
 
 def _line(arm: SphericalArm, rotation: np.ndarray, local: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
