@@ -199,7 +199,7 @@ def test_a_watched_leg_stops_before_the_arm_is_stretched_out(plan):
     [
         (7, 0, 0.20, {"frame"}),  # (h) into the jamb
         (6, 0, -0.15, {"limits"}),  # (g) too near the hand
-        (4, 1, 0.03, {"lean", "exit"}),  # (e) the base does not come to lean, or leans into the door
+        (4, 1, 0.03, {"lean", "exit", "door"}),  # (e) the base does not come to lean, or leans into the door
     ],
 )
 def test_way_points_that_do_harm_are_found(plan, number, column, off, guard):
@@ -266,3 +266,20 @@ def test_way_points_are_asked_for():
     with pytest.raises(InvalidType, match="way"):
         run_with({"start": (0.1, -0.6)})
     assert WayPoints() == WayPoints()
+
+
+def test_a_base_that_leans_twice_in_a_phase_is_too_near(plan):
+    """In (g) it leaves the door for good; coming back to it is no lean."""
+    leg = plan.phases[6].legs[0]
+    piece = follow(ARM, leg, begun_at(plan))
+    there = guards.watch(ARM, DOOR, (leg,), [piece]).margins["door"]
+    names = ("times", "base", "q", "rates", "theta", "tip_error", "scale")
+    halves = {name: getattr(piece, name)[:150] for name in names}
+    back = replace(piece, **{name: np.concatenate([half, half[::-1]]) for name, half in halves.items()})
+    again = guards.watch(ARM, DOOR, (leg,), [back]).margins["door"]
+    assert there >= 0.0 > again
+
+
+def begun_at(plan) -> np.ndarray:
+    """Joints at the beginning of (g)."""
+    return run_plan(ARM, DOOR, 70 * DEG, replace(plan, phases=plan.phases[:6])).q[-1]

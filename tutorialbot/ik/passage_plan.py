@@ -172,17 +172,19 @@ def footprint(door: ClosingDoor, paths: list[np.ndarray], keep: float = KEEP) ->
     path = np.vstack(paths)
     panel, frame = clearance.base_alone(door, path[:, 3], path[:, :2])
     near = panel < keep
-    leans = panel.min() > -1e-6 and _one_end(near, panel)
+    leans = panel.min() > -1e-6 and one_end(near, panel)
     return float(min(frame.min(), panel[~near].min(initial=np.inf) if leans else panel.min()) - keep)
 
 
-def _one_end(near: np.ndarray, panel: np.ndarray) -> bool:
-    """Whether `near` holds in one row at the end or at the start, where the distance then only falls or only grows."""
+def one_end(near: np.ndarray, panel: np.ndarray, slack: float = 1e-6) -> bool:
+    """Whether `near` (n,) holds in one row at the end or at the start, where the distance (n,) [m] then only falls or
+    only grows, but for `slack` [m] from one sample to the next.
+    """
     if not near.any():
         return True
     first, last = int(np.argmax(near)), len(near) - 1 - int(np.argmax(near[::-1]))
     steps = np.diff(panel[first : last + 1])
-    falls, grows = last == len(near) - 1 and (steps < 1e-6).all(), first == 0 and (steps > -1e-6).all()
+    falls, grows = last == len(near) - 1 and (steps < slack).all(), first == 0 and (steps > -slack).all()
     return bool(near[first : last + 1].all() and (falls or grows))
 
 
