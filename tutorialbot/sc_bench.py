@@ -167,7 +167,8 @@ def passages(repeats: int = 3) -> list[dict]:
         "cpu_seconds": round(least[name], 3),
         "times_real_time": round(float(run.times[-1]) / least[name], 1),
         "peak_rate": round(float(np.abs(run.joint_rates).max()), 3), "clearance": round(1e3 * run.min_clearance, 1),
-        "tip_error": float(1e3 * run.max_tip_error), "door_gap": round(math.degrees(run.angle_gap), 2),
+        "tip_error": float(1e3 * run.max_tip_error),
+        "door_gap": round(math.degrees(run.angle_gap), 2) if run.replay else None,
     } for name, run in runs.items()]  # fmt: skip
 
 
@@ -198,6 +199,6 @@ def doors(count: int = 100) -> list[dict]:
             "high": round(high, 3), "looked_at": max((result.looked_at for result in passed), default=0),
             "clearance": round(1e3 * min((result.min_clearance for result in passed), default=math.nan), 1),
             "peak_rate": round(max((result.max_joint_rate for result in passed), default=math.nan), 2),
-            "door_gap": round(math.degrees(max((result.angle_gap for result in passed), default=math.nan)), 2),
+            "door_gap": round(math.degrees(max(r.angle_gap for r in passed)), 2) if dynamics and passed else None,
         })  # fmt: skip
     return rows

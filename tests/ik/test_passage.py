@@ -9,6 +9,8 @@ from tutorialbot.errors import InvalidType, InvalidValue
 from tutorialbot.ik import passage_guards as guards
 from tutorialbot.ik.base_sharing import Shares, base_centre_velocity, tip_in_world, tip_velocity_by_base
 from tutorialbot.ik.passage import Passage, run_passage, run_plan, run_with
+from tutorialbot.ik.passage_follow import follow
+from tutorialbot.ik.passage_legs import hand_pose
 from tutorialbot.ik.passage_plan import DEG, WayPoints
 from tutorialbot.ik.passage_search import PHASES, fitted, search
 from tutorialbot.ik.singularity_consistent import SphericalArm
@@ -150,13 +152,46 @@ def test_a_phase_that_is_too_fast_is_done_again_slower(plan):
 
 
 def test_an_arm_that_is_stretched_has_the_base_come_closer(plan):
-    path = plan.phases[2].legs[0].path.copy()
-    away = path[:, :2] - [np.cos(path[-1, 3]) * path[-1, 5], -np.sin(path[-1, 3]) * path[-1, 5]]
-    path[:, :2] += np.linspace(0.0, 0.30, len(path))[:, None] * away / np.linalg.norm(away, axis=1)[:, None]
-    passage = run_plan(ARM, DOOR, 70 * DEG, altered(plan, 2, path=path))
+    passage = run_plan(ARM, DOOR, 70 * DEG, altered(plan, 2, path=farther(plan, 2, 0.3).path))
     assert "base closer" in passage.reports[2].recoveries
-    assert min(passage.reports[2].margins.values()) >= 0.0
+    assert passage.passed and passage.min_clearance >= 0.04
     assert passage.q[during(passage, "c"), 3].min() > guards.least_elbow(ARM) - 0.05
+
+
+def farther(plan, number: int, by: float):
+    """The first leg of a phase, its base led away from the hand by up to `by` [m]."""
+    leg = plan.phases[number].legs[0]
+    hand, path = hand_pose(leg.path, leg.grip, leg.roll)[1][:, :2], leg.path.copy()
+    away = path[:, :2] - hand
+    path[:, :2] += np.linspace(0.0, by, len(path))[:, None] * away / np.linalg.norm(away, axis=1)[:, None]
+    return replace(leg, path=path)
+
+
+def begun(plan, number: int) -> np.ndarray:
+    """Joints at the beginning of a phase in which all before is done by hand legs."""
+    q = plan.q
+    for leg in (leg for phase in plan.phases[:number] for leg in phase.legs):
+        q = follow(ARM, leg, q).q[-1]
+    return q
+
+
+def test_in_the_singular_region_base_door_and_arm_keep_one_pace(plan):
+    """The base leaves the hand until the arm is stretched out: the tip stays on its path, all runs back together."""
+    leg, q = farther(plan, 2, 0.3), begun(plan, 2)
+    piece = follow(ARM, leg, q)
+    assert piece.stop == "branch" and piece.s < 1e-6 and piece.q[-1, 3] < 0.0 < piece.q[0, 3]
+    assert piece.scale.min() == -1.0 and piece.tip_error.max() < 1e-4
+    turn = int(piece.theta.argmax())
+    assert 0 < turn < len(piece.theta) - 1 and piece.theta[turn] < 69 * DEG
+    assert abs(piece.scale[turn]) < 0.2
+    assert np.abs(piece.base[-1] - piece.base[0]).max() < 1e-3 and abs(piece.theta[-1] - piece.theta[0]) < 1e-3
+
+
+def test_a_watched_leg_stops_before_the_arm_is_stretched_out(plan):
+    piece = follow(ARM, farther(plan, 2, 0.3), begun(plan, 2), nearest=guards.least_elbow(ARM))
+    assert piece.stop == "stretch" and 0.3 < piece.s < 0.9
+    assert guards.least_elbow(ARM) - 0.1 < piece.q[-1, 3] < guards.least_elbow(ARM)
+    assert guards.stop_margin(ARM, piece) < 0.0
 
 
 @pytest.mark.parametrize(
@@ -164,7 +199,7 @@ def test_an_arm_that_is_stretched_has_the_base_come_closer(plan):
     [
         (7, 0, 0.20, {"frame"}),  # (h) into the jamb
         (6, 0, -0.15, {"limits"}),  # (g) too near the hand
-        (4, 1, 0.03, {"lean", "exit"}),  # (e) the base does not come to lean, or leans into the door
+        (4, 1, 0.03, {"lean", "exit", "door"}),  # (e) the base does not come to lean, or leans into the door
     ],
 )
 def test_way_points_that_do_harm_are_found(plan, number, column, off, guard):
@@ -231,3 +266,20 @@ def test_way_points_are_asked_for():
     with pytest.raises(InvalidType, match="way"):
         run_with({"start": (0.1, -0.6)})
     assert WayPoints() == WayPoints()
+
+
+def test_a_base_that_leans_twice_in_a_phase_is_too_near(plan):
+    """In (g) it leaves the door for good; coming back to it is no lean."""
+    leg = plan.phases[6].legs[0]
+    piece = follow(ARM, leg, begun_at(plan))
+    there = guards.watch(ARM, DOOR, (leg,), [piece]).margins["door"]
+    names = ("times", "base", "q", "rates", "theta", "tip_error", "scale")
+    halves = {name: getattr(piece, name)[:150] for name in names}
+    back = replace(piece, **{name: np.concatenate([half, half[::-1]]) for name, half in halves.items()})
+    again = guards.watch(ARM, DOOR, (leg,), [back]).margins["door"]
+    assert there >= 0.0 > again
+
+
+def begun_at(plan) -> np.ndarray:
+    """Joints at the beginning of (g)."""
+    return run_plan(ARM, DOOR, 70 * DEG, replace(plan, phases=plan.phases[:6])).q[-1]

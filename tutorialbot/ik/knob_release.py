@@ -91,7 +91,7 @@ def _posture(arm: SphericalArm, tip: pin.SE3) -> np.ndarray:
     """Return q (7,) for a pose of the tip, of all swivels and branches the one farthest from the limits."""
     swivels, limits = np.linspace(-math.pi, math.pi, 72, endpoint=False), np.array(arm.limits)
     found = [srs.inverse(arm, tip.rotation, tip.translation, swivels, branch) for branch in srs.BRANCHES]
-    q, reached = np.concatenate([some for some, _ in found]), bool(np.all(found[0][1]))  # by distance alone
+    q, reached = np.concatenate([some for some, _ in found]), found[0][1].all()  # a matter of the distance alone
     slack = (limits - np.abs(q)).min(axis=1)
     if not reached or slack.max() <= 0.0:
         raise InvalidValue("tip", tip.translation, "a pose that the arm reaches within its limits")

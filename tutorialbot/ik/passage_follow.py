@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tutorialbot.errors import InvalidValue
 from tutorialbot.ik.base_sharing import MOUNT
 from tutorialbot.ik.passage_legs import ArmLeg, HandLeg, hand_pose, instants, least_jerk, spline
 from tutorialbot.ik.singularity_consistent import SphericalArm
@@ -74,7 +75,8 @@ def follow(arm: SphericalArm, leg: HandLeg, q: np.ndarray, n: int = 2, nearest: 
     """Return how base and arm go along `leg` from the joints q (7,) [rad], by eqs (1)-(3) and (5).
 
     n: of eq (2). nearest: smallest angle [rad] of the elbow; below it, or where b < 0, the leg stops ("stretch",
-    "branch"); "limits" where a joint would leave its limits, "stall" where b lets it take STALL times as long.
+    "branch"). With nearest = 0 it goes on: where b < 0 it runs back the way it came, the elbow flipped, until it is at
+    its beginning ("branch"). "limits": a joint would leave its limits; "stall": b lets it take STALL times as long.
     """
     goal = reference(leg)
     rows, pose, last = goal.moving, goal.pose, len(goal.moving) - 1
@@ -89,17 +91,21 @@ def follow(arm: SphericalArm, leg: HandLeg, q: np.ndarray, n: int = 2, nearest: 
             k1, b1 = _rates(arm, rows, place, q, fix, turn, spin, n)
             kept.append((place, here, q, k1, b1, off))
             stop = _stopped(q, b1, nearest) or ("stall" if len(kept) > most else "")
+            if place <= 0.0 and b1 < 0.0:
+                stop = "branch"
             if stop or place >= last - 1e-9:
                 break
             k2, b2 = _rates(arm, rows, place + b1, q + 0.5 * step * k1, fix, turn, spin, n)
             k3, b3 = _rates(arm, rows, place + b2, q + 0.5 * step * k2, fix, turn, spin, n)
             k4, b4 = _rates(arm, rows, place + 2.0 * b3, q + step * k3, fix, turn, spin, n)
-        except ValueError:  # a joint beyond its limits
-            stop = "limits"
+        except InvalidValue as error:
+            if not error.argument.startswith("q"):
+                raise
+            stop = "limits"  # a joint is beyond them
             kept = kept or [(place, here, q, np.zeros(7), 0.0, off)]
             break
         q = q + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        place = min(place + (b1 + 2.0 * b2 + 2.0 * b3 + b4) / 3.0, last)
+        place = min(max(place + (b1 + 2.0 * b2 + 2.0 * b3 + b4) / 3.0, 0.0), last)
     return _piece(kept, step, stop, last)
 
 

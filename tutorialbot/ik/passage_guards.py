@@ -11,7 +11,7 @@ from tutorialbot.ik import passage_clearance as clearance
 from tutorialbot.ik import srs
 from tutorialbot.ik.passage_follow import Piece
 from tutorialbot.ik.passage_legs import ArmLeg, HandLeg
-from tutorialbot.ik.passage_plan import WayPoints
+from tutorialbot.ik.passage_plan import WayPoints, one_end
 from tutorialbot.ik.singularity_consistent import SphericalArm
 from tutorialbot.scene.closing_door import ClosingDoor
 from tutorialbot.scene.home_robot import ANCHOR_HEIGHT, PAD_BEHIND, PAD_RADIUS
@@ -35,14 +35,16 @@ def watch(arm: SphericalArm, door: ClosingDoor, legs: tuple[HandLeg | ArmLeg, ..
     """Return the margins of a phase that went along `legs` as in `pieces`.
 
     "frame", "door": base, arm and hand, but for a hand that holds, takes or leaves something at the door, and the base
-    while it leans on it; "lean": how far that goes into the door; "itself", "base": arm from arm, arm from base.
+    while it leans on it, comes to that or leaves it, in one go; "lean": how far it goes into the door; "itself",
+    "base": arm from arm, arm from base.
     """
     base, q, theta = (np.concatenate([getattr(p, name) for p in pieces]) for name in ("base", "q", "theta"))
     rates = np.concatenate([p.rates for p in pieces])
     touching, leaning = (np.concatenate([np.full(len(p.times), getattr(leg, name)) for leg, p in zip(legs, pieces,
                          strict=True)]) for name in ("touching", "leaning"))  # fmt: skip
     far = clearance.measure(arm, door, theta, base, q)
-    leans = leaning & (far.panel[:, 0] < CLEAR)
+    near = far.panel[:, 0] < CLEAR
+    leans = leaning & near & one_end(near, far.panel[:, 0], LEAN)
     apart = np.minimum(far.panel, far.knob)
     apart[leans, 0] = np.inf
     apart[touching, 3:] = np.inf

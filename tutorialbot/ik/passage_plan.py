@@ -14,7 +14,8 @@ from scipy.interpolate import CubicSpline
 
 from tutorialbot.ik import passage_clearance as clearance
 from tutorialbot.ik import srs
-from tutorialbot.ik.base_sharing import MOUNT, Shares
+from tutorialbot.ik.base_sharing import MOUNT, Shares, base_centre_velocity
+from tutorialbot.ik.passage_connect import Free
 from tutorialbot.ik.passage_legs import hand_pose
 from tutorialbot.ik.singularity_consistent import SphericalArm
 from tutorialbot.scene.closing_door import ClosingDoor
@@ -25,6 +26,7 @@ SWIVELS = np.arange(-12, 12) * (np.pi / 12.0)
 KEEP, KEEP_ITSELF, KEEP_LIMIT = 0.05, 0.03, 0.06  # of a plan: to door and frame, to itself [m], to joint limits [rad]
 UPRIGHT = 0.5  # what a swivel of 1 rad costs, in rad of motion
 MOST_STRETCHED, LEVEL = 0.97, 0.5  # wrist from shoulder, of the arm's reach; least level share of that line
+GRACE = 0.005  # what a free motion may be nearer [m]: it begins and ends at KEEP
 BACK, READY = 0.11, 0.20  # how far the hand is off what it takes or leaves; and before the first grasp [m]
 REGULAR = 0.12  # |sin q2| and |sin q6|: away from the singularities of shoulder and wrist
 SMOOTH = 0.5  # the most that a joint may go between two samples [rad]: more is a singularity passed closely
@@ -126,18 +128,16 @@ def back_off(sample: np.ndarray, grip: str, away: np.ndarray) -> np.ndarray:
     return path
 
 
-def _shared(door: ClosingDoor, way: WayPoints, start: np.ndarray, s: np.ndarray, shares: Shares | None = None):
-    """Phase (b): the base goes as eq (4) says, K nu_ref, seen from its centre."""
-    shares = shares or Shares()
-    knob, pivot = door.knob_in_panel, way.pivots[0] + s * (way.pivots[1] - way.pivots[0])
+def _shared(door: ClosingDoor, way: WayPoints, start: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Samples of phase (b): the base goes as eq (4) says, by K nu_ref of the tip."""
+    shares, knob, pivot = Shares(), door.knob_in_panel, way.pivots[0] + s * (way.pivots[1] - way.pivots[0])
     theta = s * way.little
     turning = (way.pivots[1] - way.pivots[0]) - way.little  # of the hand, d/ds
 
     def rate(at: float, base: np.ndarray) -> np.ndarray:
         tip = to_world(knob[None, :2], at * way.little)[0]
-        v, omega = way.little * np.array([tip[1], -tip[0]]), shares.yaw * turning
-        nu_mb = np.array([shares.x, shares.y]) * v
-        return nu_mb - omega * np.array([base[1] - tip[1], tip[0] - base[0]])
+        nu_ref = np.array([way.little * tip[1], -way.little * tip[0], 0.0, 0.0, 0.0, turning])
+        return base_centre_velocity(shares.matrix @ nu_ref, tip, base)[:2]  # (4)
 
     base, step = [start], s[1] - s[0]
     for at in s[:-1]:
@@ -172,17 +172,19 @@ def footprint(door: ClosingDoor, paths: list[np.ndarray], keep: float = KEEP) ->
     path = np.vstack(paths)
     panel, frame = clearance.base_alone(door, path[:, 3], path[:, :2])
     near = panel < keep
-    leans = panel.min() > -1e-6 and _one_end(near, panel)
+    leans = panel.min() > -1e-6 and one_end(near, panel)
     return float(min(frame.min(), panel[~near].min(initial=np.inf) if leans else panel.min()) - keep)
 
 
-def _one_end(near: np.ndarray, panel: np.ndarray) -> bool:
-    """Whether `near` holds in one row at the end or at the start, where the distance then only falls or only grows."""
+def one_end(near: np.ndarray, panel: np.ndarray, slack: float = 1e-6) -> bool:
+    """Whether `near` (n,) holds in one row at the end or at the start, where the distance (n,) [m] then only falls or
+    only grows, but for `slack` [m] from one sample to the next.
+    """
     if not near.any():
         return True
     first, last = int(np.argmax(near)), len(near) - 1 - int(np.argmax(near[::-1]))
     steps = np.diff(panel[first : last + 1])
-    falls, grows = last == len(near) - 1 and (steps < 1e-6).all(), first == 0 and (steps > -1e-6).all()
+    falls, grows = last == len(near) - 1 and (steps < slack).all(), first == 0 and (steps > -slack).all()
     return bool(near[first : last + 1].all() and (falls or grows))
 
 
@@ -221,6 +223,20 @@ def options(
                 effort = steps[k, :, 1:].max(axis=1).sum() + UPRIGHT * abs(swivel)
                 found.append(Option(swivel, branch, roll, tuple(np.split(q[k], ends)), float(effort)))
     return sorted(found, key=lambda option: option.effort), "limits", float(best)
+
+
+def free_of(arm: SphericalArm, door: ClosingDoor, theta: float, base: np.ndarray) -> Free:
+    """Return what tells which postures (k, 7) are free, with the base at rest at base (3,) and the door at `theta`.
+
+    Arm and hand keep nearly KEEP to door and frame, and KEEP_ITSELF; the base may lean on the door.
+    """
+
+    def free(q: np.ndarray) -> np.ndarray:
+        far = clearance.measure(arm, door, np.full(len(q), theta), np.tile(base, (len(q), 1)), q)
+        apart = np.minimum(far.panel[:, 1:], np.minimum(far.knob[:, 1:], far.frame[:, 1:])).min(axis=1)
+        return (apart > KEEP - GRACE) & (far.itself > KEEP_ITSELF) & (far.deck > KEEP_ITSELF)
+
+    return free
 
 
 def _line(arm: SphericalArm, rotation: np.ndarray, local: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -10,16 +10,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tutorialbot.ik import passage_clearance as clearance
+from tutorialbot.ik.base_sharing import Shares
 from tutorialbot.ik.passage_connect import connect
 from tutorialbot.ik.passage_legs import ArmLeg, HandLeg, arm_duration, hand_duration
 from tutorialbot.ik.passage_plan import (
     DEG,
     KEEP,
-    KEEP_ITSELF,
     KEEP_LIMIT,
     Option,
     WayPoints,
     footprint,
+    free_of,
     opening_paths,
     options,
     through_paths,
@@ -107,28 +108,32 @@ def search(
     way: way points to start from, by default `fitted`; seed: of the draws, which come where these do not do, or where
     `skipped` > 0 says that they have been tried; draws: how many are looked at for either half of the passage.
     """
-    first = fitted(door, opening) if way is None else way
-    rng, tally = make_rng(seed, 4), Tally.empty()
+    first, rng, tally = fitted(door, opening) if way is None else way, make_rng(seed, 4), Tally.empty()
     for number in range(skipped, skipped + draws):
         way = first if number == 0 else vary_opening(first, rng, number)
         paths = opening_paths(door, way, opening)
         found = tried(arm, door, paths, "knob", tally)
         if found:
-            break
-    else:
-        return tally.result(PHASES[2])
-    ways, tally, plans = [*paths], Tally.empty(), []
-    for more in range(draws):
-        way = way if skipped + more == 0 else vary_through(door, way, rng)
-        paths = through_paths(door, way, opening)
-        after = tried(arm, door, paths, "panel", tally)
-        joined = _join(arm, door, opening, found, after, paths, rng) if after else None
+            return _search_through(arm, door, opening, rng, way, (paths, found), number + 1, skipped, draws)
+    return tally.result(PHASES[2])
+
+
+def _search_through(arm, door, opening, rng, way, opened, tried_before, skipped, draws) -> Plan | NoPlan:
+    """The second half: `opened` is the first, paths and options."""
+    tally, plans, since = Tally.empty(), [], 0
+    paths, found = opened
+    for number in range(skipped, skipped + draws):
+        way = way if number == 0 else vary_through(door, way, rng)
+        later = through_paths(door, way, opening)
+        after = tried(arm, door, later, "panel", tally)
+        joined = _join(arm, door, opening, found, after, later, rng) if after else None
         if joined:
-            before, after, between = joined
-            plans.append(Plan(*_phases(arm, (ways, before), (paths, after), between), way, number + more + 2))
+            phases, q = _phases(arm, (paths, joined[0]), (later, joined[1]), joined[2])
+            plans.append(Plan(phases, q, way, tried_before + number - skipped + 1))
         elif after:
             tally.add("free motion", -1.0)
-        if plans and (plans[-1].seconds < LONGEST or more >= plans[0].tried + PATIENCE):
+        since += bool(plans)
+        if plans and (plans[-1].seconds < LONGEST or since > PATIENCE):
             break
     if plans:
         return min(plans, key=lambda plan: plan.seconds)
@@ -188,13 +193,7 @@ def tried(arm: SphericalArm, door: ClosingDoor, paths: list[np.ndarray], grip: s
 
 def _join(arm, door, opening, before, after, paths, rng) -> tuple[Option, Option, list] | None:
     """The first pair of options between which the arm can go, and the postures on its way (with yaw 0)."""
-    base, theta = paths[1][0, :3], opening
-
-    def free(q: np.ndarray) -> np.ndarray:
-        far = clearance.measure(arm, door, np.full(len(q), theta), np.tile(base, (len(q), 1)), q)
-        apart = np.minimum(far.panel[:, 1:], np.minimum(far.knob[:, 1:], far.frame[:, 1:])).min(axis=1) > KEEP - 0.005
-        return apart & (far.itself > KEEP_ITSELF) & (far.deck > KEEP_ITSELF)
-
+    free = free_of(arm, door, opening, paths[1][0, :3])
     pairs = []
     for one in before[:8]:
         for two in after[:8]:
@@ -268,10 +267,10 @@ def _steadier(arm: SphericalArm, path: np.ndarray, q: np.ndarray, kept: float) -
     return turned if np.abs(turned[1][:, 0]).max() < arm.limits[0] - KEEP_LIMIT else _turned(path, q, kept)
 
 
-def _shared_yaw(path, bare, absolute, share: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
-    """Phase (b): the base turns by `share` of the hand's turn, to where (c) begins."""
+def _shared_yaw(path, bare, absolute) -> tuple[np.ndarray, np.ndarray]:
+    """Phase (b), eq (4): the base turns by its share of the hand's turn, to where (c) begins."""
     hand = bare[:, 4] - bare[:, 3]
-    yaw = path[-1, 2] + share * (hand - hand[-1])
+    yaw = path[-1, 2] + Shares().yaw * (hand - hand[-1])
     return _turned(bare, absolute, absolute[:, 0] - yaw)
 
 

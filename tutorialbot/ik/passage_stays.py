@@ -13,13 +13,13 @@ from tutorialbot.ik.passage_legs import BASE_SPEED, ArmLeg, arm_duration, durati
 from tutorialbot.ik.passage_plan import (
     BACK,
     KEEP,
-    KEEP_ITSELF,
     KEEP_LIMIT,
     SAMPLES,
     Option,
     WayPoints,
     back_off,
     contact_point,
+    free_of,
     opening_paths,
     spline_through,
     to_world,
@@ -86,12 +86,7 @@ def _paths(door: ClosingDoor, way: WayPoints, opening: float) -> list[np.ndarray
 
 def _fold(arm, door, opening, sample, found: list[Option], rng) -> tuple[Option, list[np.ndarray]] | None:
     """An option and postures, yaw 0, from where its hand has let go to FOLDED."""
-
-    def free(q: np.ndarray) -> np.ndarray:
-        far = clearance.measure(arm, door, np.full(len(q), opening), np.tile(sample[:3], (len(q), 1)), q)
-        apart = np.minimum(far.panel[:, 1:], np.minimum(far.knob[:, 1:], far.frame[:, 1:])).min(axis=1)
-        return (apart > KEEP - 0.005) & (far.itself > KEEP_ITSELF) & (far.deck > KEEP_ITSELF)
-
+    free = free_of(arm, door, opening, sample[:3])
     high = np.array(arm.limits) - KEEP_LIMIT
     for option in found:
         start = option.joints[-1][-1]
