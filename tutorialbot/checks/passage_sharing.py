@@ -81,12 +81,12 @@ def _judge_share(student: Student) -> None:
     reason = "The knob comes toward the robot first, and its arm bends only so far: also too near is out of reach."
     for y in (-0.5, -0.55, -0.6):
         trial("too near", reason, (0.7, y), 0.78, 0.5, 0.0, 0.22, 0.75)
-    reason = "On the way too: what is fine at the last angle may be too far, or too near, half-way."
-    for inputs in ON_THE_WAY:
-        trial("on the way", reason, *inputs)
     reason = "Shoulder and knob are not at one height: that takes a part of the reach."
     for drop in (0.3, -0.3):
         trial("height", reason, (1.1, -0.2), 0.78, 1.2, drop, *limits)
+    reason = "On the way too: what is fine at the last angle may be too far, or too near, half-way."
+    for inputs in ON_THE_WAY:
+        trial("on the way", reason, *inputs)
     reason = "A larger share need not be a better one: it may do between two that do not. Asked for is the smallest."
     for inputs in ISLANDS:
         trial("not halved", reason, *inputs)
