@@ -53,7 +53,7 @@ PLANTED = {
     ),
     "passage": Planted(
         NOTEBOOKS / "04_door_passage.ipynb", SETS["passage"], solutions_passage, wrong_answers_passage.WRONG,
-        right_answers_passage.RIGHT, frozenset({"run_passage"}),
+        right_answers_passage.RIGHT, frozenset({"joint_velocity", "share", "plt"}),
     ),
 }  # fmt: skip
 EXERCISES = {exercise.name: exercise for planted in PLANTED.values() for exercise in planted.exercises}
