@@ -18,14 +18,15 @@ LEVELS = (
     {"scene"},
     {"bo", "ik", "vox2c"},
     {"cleaning"},
-    {"viewers", "plots", "plots_door", "plots_arm", "plots_cspace", "report", "checks", "studies", "headless"}
-    | {"stripping", "bench", "door_bench", "ga_bench", "vox2c_bench", "trainings"},
+    {"viewers", "plots", "plots_door", "plots_arm", "plots_cspace", "plots_passage", "report", "checks", "studies"}
+    | {"headless", "stripping", "bench", "door_bench", "ga_bench", "vox2c_bench", "sc_bench", "trainings"},
     {"doctor", "pictures"},
     {"commands"},
 )
 # Sibling rooms that may meet:
 EXCEPTIONS = {("trajectory", "pose"), ("bo", "ik.prioritized"), ("plots_door", "plots"), ("plots_arm", "plots")}
 EXCEPTIONS |= {("plots_cspace", "plots"), ("bench", "door_bench"), ("bench", "ga_bench"), ("bench", "vox2c_bench")}
+EXCEPTIONS |= {("bench", "sc_bench"), ("plots_passage", "plots")}
 STANDARD_ONLY = {"__init__", "__main__", "launch"}  # they run before anything is installed
 TOP = 6  # from this level on, drawing and printing are allowed
 ONLY_IN = {"torch": "vox2c", "ompl": "vox2c.planning_ompl"}

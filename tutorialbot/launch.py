@@ -19,7 +19,7 @@ FITTING = ("3.13", "3.12", "3.11")
 STAMP = "tutorialbot-stamp.txt"
 UNFINISHED = "unfinished\n"
 NEEDED_GB = 4.0
-BENCHMARKS = ("door", "ga", "vox2c")  # functions of tutorialbot.bench
+BENCHMARKS = ("door", "ga", "vox2c", "sc")  # functions of tutorialbot.bench
 AGAIN = "then run the same command again."
 PROBE = "import sys; print('%d.%d' % sys.version_info[:2], flush=True); import venv, ensurepip"
 LAB_SETTINGS = '{"@jupyterlab/apputils-extension:notification": {"fetchNews": "false", "checkForUpdates": false}}\n'

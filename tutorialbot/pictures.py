@@ -10,8 +10,10 @@ from tutorialbot import plots_cspace
 from tutorialbot.bo.objective import DoorTask
 from tutorialbot.bo.search import DoorRun, open_door
 from tutorialbot.cleaning import CleaningRun, plan
-from tutorialbot.errors import InvalidValue, finite_array
+from tutorialbot.errors import InvalidValue, finite_array, finite_number
+from tutorialbot.ik.passage import Passage, run_passage
 from tutorialbot.paths import DATA
+from tutorialbot.scene import passage_world
 from tutorialbot.scene.door import Door
 from tutorialbot.scene.room import ROOMS
 from tutorialbot.scene.simulation import Settings
@@ -25,6 +27,7 @@ CLEANING_VIEW = (-1.3, -1.7, 2.6), (1.4, 1.2, 0.25)
 SCENE = 27  # the one that notebook 3 looks at
 ARM_VIEW = (1.6, -2.3, 2.1), (0.0, 0.0, 1.2)
 CAMERA, TARGET = (1.9, -0.9, 2.0), (-0.24, -0.25, 0.68)
+PASSAGE_VIEW = (3.2, -3.3, 2.9), (0.5, -0.3, 0.8)
 SMOOTHING = 2  # drawn this many times larger, then averaged
 
 
@@ -84,8 +87,25 @@ def cspace(scene: BoxScene, path: np.ndarray, width: int = 960, height: int = 54
     return both.resize((width, height), Image.Resampling.LANCZOS)
 
 
+def through(run: Passage, share: float = 0.55, width: int = 960, height: int = 540) -> Image.Image:
+    """Return the robot of paper 4 in the doorway, holding the door behind it, with the way of its base in light blue.
+
+    share: of the time of phases (g) and (h) together that has passed. Raises InvalidValue for a passage that failed.
+    """
+    if not run.passed:
+        raise InvalidValue("run", run.failure, "a passage that has passed the door")
+    camera, target = PASSAGE_VIEW
+    view = MujocoView(passage_world.world(run.door, wall_opacity=0.35), Scene(camera=camera, target=target))
+    last = np.flatnonzero([run.phases[k][0] in "gh" for k in run.phase])
+    i = last[int(finite_number("share", share, 0.0, 1.0) * (len(last) - 1))]
+    view.update(passage_world.configuration(view.model, run.door, run.base[i], run.q[i], run.door_angle[i]))
+    view.scene.add_path(np.column_stack([run.base[:, :2], np.full(len(run.base), 0.02)]), 0x33AAFF, radius=0.012)
+    drawn = Image.open(io.BytesIO(view.scene.png(width=SMOOTHING * width, height=SMOOTHING * height)))
+    return drawn.convert("RGB").resize((width, height), Image.Resampling.LANCZOS)
+
+
 def main() -> None:
-    """Search a door, clean a part of a room, plan among boxes, and write the pictures of all three."""
+    """Search a door, clean a part of a room, plan among boxes, pass a door, and write the pictures of all four."""
     ours = Door()
     folder = DATA / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
@@ -96,6 +116,7 @@ def main() -> None:
     (problem,) = experiments.pairs(SCENE, 1)
     planned = planning.plan(problem.scene, problem.start, problem.goal, planner="RRTstar", seed=1)
     cspace(problem.scene, planned.path).save(folder / "cspace.png", optimize=True)
+    through(run_passage()).save(folder / "passage.png", optimize=True)
 
 
 if __name__ == "__main__":

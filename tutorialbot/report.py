@@ -32,6 +32,7 @@ PAGES = {
     1: Page("01_door_opening.ipynb", "Door opening by Bayesian optimisation", "door.json"),
     2: Page("02_cleaning_arm.ipynb", "A cleaning arm by a genetic algorithm", "ga.json"),
     3: Page("03_vox2c_space.ipynb", "Vox2C-space: the C-space from voxels", "vox2c.json"),
+    4: Page("04_door_passage.ipynb", "Door passage, singularity-consistent", "sc.json"),
 }
 
 

@@ -9,12 +9,15 @@ from tests.exercises import (
     right_answers_arm,
     right_answers_cspace,
     right_answers_door,
+    right_answers_passage,
     solutions_arm,
     solutions_cspace,
     solutions_door,
+    solutions_passage,
     wrong_answers_arm,
     wrong_answers_cspace,
     wrong_answers_door,
+    wrong_answers_passage,
 )
 from tutorialbot.checks.mechanism import Exercise
 from tutorialbot.checks.sets import SETS
@@ -47,6 +50,10 @@ PLANTED = {
     "cspace": Planted(
         NOTEBOOKS / "03_vox2c_space.ipynb", SETS["cspace"], solutions_cspace, wrong_answers_cspace.WRONG,
         right_answers_cspace.RIGHT, frozenset({"bar_meets_box", "cross_entropy", "plt"}),
+    ),
+    "passage": Planted(
+        NOTEBOOKS / "04_door_passage.ipynb", SETS["passage"], solutions_passage, wrong_answers_passage.WRONG,
+        right_answers_passage.RIGHT, frozenset({"joint_velocity", "share", "plt"}),
     ),
 }  # fmt: skip
 EXERCISES = {exercise.name: exercise for planted in PLANTED.values() for exercise in planted.exercises}

@@ -9,7 +9,7 @@ import pytest
 import tutorialbot.bo.objective
 from tests.exercises import solutions_door
 from tests.exercises.sets import EXERCISES, PLANTED, SOLUTIONS, WRONG
-from tutorialbot.checks import arm_optimum, cspace_descent, door_motion, door_physics, guard, mechanism
+from tutorialbot.checks import arm_optimum, cspace_descent, door_motion, door_physics, guard, mechanism, passage_door
 from tutorialbot.errors import InvalidType, InvalidValue
 from tutorialbot.paths import ROOT
 from tutorialbot.scene.door import Door
@@ -27,6 +27,7 @@ def tools(monkeypatch):
         (tutorialbot.bo.objective.DoorTask, "commit"),
         (arm_optimum, "NEAR_POSITION"),
         (cspace_descent, "DEARER"),
+        (passage_door, "ROOM"),
     ):
         monkeypatch.setattr(owner, name, getattr(owner, name))
 
@@ -55,7 +56,7 @@ def test_the_wrong_answer_is_rejected_by_its_check(function, name, check, outcom
     assert len(capsys.readouterr().out) < 3_000
 
 
-@pytest.mark.parametrize(("title", "least"), [("door", 8), ("arm", 7), ("cspace", 8)])
+@pytest.mark.parametrize(("title", "least"), [("door", 8), ("arm", 7), ("cspace", 8), ("passage", 8)])
 def test_every_exercise_has_a_solution_three_wrong_answers_and_hints(title, least):
     names = [exercise.name for exercise in PLANTED[title].exercises]
     planted = Counter(name for _, name, *_ in PLANTED[title].wrong)

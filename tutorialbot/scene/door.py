@@ -13,6 +13,7 @@ import numpy as np
 
 from tutorialbot import paths
 from tutorialbot.errors import BrokenFile, InvalidType, InvalidValue, finite_number, one_of
+from tutorialbot.scene.closing_door import ClosingDoor as ClosingDoor  # the door of paper 4: both under one name
 
 LEVER_LOW = -np.pi / 4  # paper 1, section 3
 BAR_END = 0.022  # how far the lever is seen to go on beyond the grip [m]

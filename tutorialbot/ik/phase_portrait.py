@@ -1,0 +1,118 @@
+"""When eqs (1)-(3) pass the stretched arm, when they reflect and when they stall: the plane (q4, s).
+
+s [m] is the place on the path, counted from where the path is nearest to the edge of the workspace. With r'(s) the
+slope of the distance from the shoulder that the path asks for, and sigma = 1,
+
+    ds/dt = b(q4) v,        dq4/dt = -(r / (L1 L2)) (b / sin q4) r'(s) v
+
+On a straight line through the edge r' > 0 there: q4 crosses zero at a finite rate, b changes its sign and s runs back.
+On an arc of radius rho inside it r' = 0 there, and (0, 0) is a saddle with the eigenvalues
+
+    +-2^n v sqrt(c (1 / L1 + 1 / L2)),      c = 1 / rho - 1 / (L1 + L2)
+
+whose stable direction is the path that touches the edge: it takes forever. Paths inside pass, paths outside reflect.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from tutorialbot.errors import positive
+from tutorialbot.ik.singularity_consistent import SphericalArm, time_scale
+from tutorialbot.ik.stretch_paths import StretchPath, arc, classify, radial
+
+MARGINS = (0.005, 0.0, -0.005)  # [m] inside the edge: passes, stalls, reflects
+
+
+@dataclass(frozen=True)
+class PhasePath:
+    """A path's own line in the plane: times (k,) [s], q4 (k,) [rad], s (k,) [m]; what it does, as `classify` says."""
+
+    name: str
+    outcome: str
+    times: np.ndarray
+    q4: np.ndarray
+    s: np.ndarray
+
+
+@dataclass(frozen=True)
+class PhasePortrait:
+    """q4 (k,) [rad], s (m,) [m]; rates (m, k): q4_rate [rad/s], s_rate [m/s]; saddle: eigenvalue > 0 [1/s], nan on a
+    straight line; direction: dq4/ds [rad/m] of the saddle's unstable line, the stable one has the opposite sign.
+    """
+
+    q4: np.ndarray
+    s: np.ndarray
+    q4_rate: np.ndarray
+    s_rate: np.ndarray
+    saddle: float
+    direction: float
+    paths: tuple[PhasePath, ...]
+
+
+def rates(arm: SphericalArm, path: StretchPath, q4: float, s: float, speed: float, n: int) -> tuple[float, float]:
+    """Return dq4/dt [rad/s] and ds/dt [m/s] at q4 and at s, counted from the path's beginning."""
+    along, across, u, v = path.plane(s)
+    slope = (along * u + across * v) / math.hypot(along, across)
+    b, b_over_sine = time_scale(q4, n)
+    r = math.sqrt(arm.upper**2 + arm.lower**2 + 2.0 * arm.upper * arm.lower * math.cos(q4))
+    return -r / (arm.upper * arm.lower) * b_over_sine * slope * speed, b * speed
+
+
+def eigenvalue(arm: SphericalArm, radius: float, speed: float = 0.1, n: int = 2) -> float:
+    """Return the saddle's eigenvalue [1/s] for an arc of `radius` [m] that touches the edge from inside."""
+    c = 1.0 / positive("radius", radius) - 1.0 / arm.reach
+    bend = max(0.0, c) * (1.0 / arm.upper + 1.0 / arm.lower)
+    return time_scale(0.0, n)[1] * positive("speed", speed) * math.sqrt(bend)
+
+
+def portrait(
+    arm: SphericalArm, *, n: int = 2, speed: float = 0.1, radius: float = 0.45, margins: tuple = MARGINS,
+    q4_range: float = 0.7, s_range: float = 0.15, points: int = 25,
+) -> PhasePortrait:  # fmt: skip
+    """Return the plane for arcs of `radius` [m] with these margins [m] inside the edge, around the touching one."""
+    arcs = [arc(arm, margin, radius, s_range) for margin in margins]
+    return _portrait(arm, arc(arm, 0.0, radius, s_range), arcs, n, speed, (q4_range, s_range, points), radius)
+
+
+def line_portrait(
+    arm: SphericalArm, *, n: int = 2, speed: float = 0.1, q4_range: float = 0.7, s_range: float = 0.05, points: int = 25
+) -> PhasePortrait:
+    """Return the plane for the straight line out of the workspace: no saddle, every path reflects."""
+    path = radial(arm, beyond=s_range, run_up=s_range)
+    return _portrait(arm, path, [path], n, speed, (q4_range, s_range, points), math.inf)
+
+
+def _portrait(arm, middle, paths, n, speed, size, radius) -> PhasePortrait:
+    q4_range, s_range, points = size
+    q4, s = np.linspace(-q4_range, q4_range, points), np.linspace(-s_range, s_range, points)
+    field = np.array([[rates(arm, middle, a, b + s_range, speed, n) for a in q4.tolist()] for b in s.tolist()])
+    saddle = eigenvalue(arm, radius, speed, n) if math.isfinite(radius) else math.nan
+    lines = tuple(trace(arm, path, speed=speed, n=n, zero=s_range) for path in paths)
+    direction = saddle / (time_scale(0.0, n)[1] * speed)
+    return PhasePortrait(q4, s, field[..., 0], field[..., 1], saddle, direction, lines)
+
+
+def trace(
+    arm: SphericalArm, path: StretchPath, *, speed: float = 0.1, n: int = 2, zero: float = 0.0, dt: float = 2e-3,
+    patience: float = 2.5,
+) -> PhasePath:  # fmt: skip
+    """Return the path's line in the plane, by Runge-Kutta steps of dt [s], until it leaves the path or time is up."""
+    r = float(path.distance(0.0)[0])
+    q4 = math.acos((r * r - arm.upper**2 - arm.lower**2) / (2.0 * arm.upper * arm.lower))
+    here, rows = np.array([q4, 0.0]), []
+
+    def slope(x: np.ndarray) -> np.ndarray:
+        return np.array(rates(arm, path, float(x[0]), float(x[1]), speed, n))
+
+    for step in range(round(patience * path.length / speed / dt)):
+        rows.append((step * dt, here[0], here[1] - zero))
+        one = slope(here)
+        two = slope(here + 0.5 * dt * one)
+        three = slope(here + 0.5 * dt * two)
+        here = here + dt / 6.0 * (one + 2.0 * two + 2.0 * three + slope(here + dt * three))
+        if not 0.0 <= here[1] <= path.length:
+            break
+    times, angles, places = np.array(rows).T
+    return PhasePath(path.name, classify(arm, path), times, angles, places)
