@@ -16,6 +16,7 @@ from tutorialbot import bench, door_bench, paths
 from tutorialbot.bo.presets import PRESETS
 from tutorialbot.bo.search import DoorRun, Section
 from tutorialbot.door_bench import Case, first_sections, paired, study, summarise, wilson
+from tutorialbot.runs import RunRecord
 
 
 def test_wilsons_interval_is_that_of_the_tables():
@@ -134,6 +135,22 @@ def test_where_nothing_can_be_written_is_said_before_the_work(tmp_path, monkeypa
             bench.main(["door", "--out", str(out)])
 
 
+def test_all_runs_each_benchmark_with_the_same_options(tmp_path, monkeypatch):
+    ran = []
+    for name in bench.BENCHMARKS:
+        def note(options):
+            ran.append((options.name, options.seeds, options.jobs))
+            return RunRecord(options.name, "", 0, "quick", 0.0, {}, {})
+
+        monkeypatch.setitem(bench.BENCHMARKS, name, note)
+    monkeypatch.setenv("TUTORIALBOT_RESULTS", str(tmp_path))
+    monkeypatch.setattr(bench.signal, "signal", lambda *_: None)
+    assert bench.main(["all", "--seeds", "3", "--jobs", "1"]) == 0
+    assert ran == [(name, 3, 1) for name in bench.BENCHMARKS]
+    with pytest.raises(ValueError, match="^--out = .*each benchmark has a file of its own"):
+        bench.main(["all", "--out", str(tmp_path / "one.json")])
+
+
 def test_physics_rows_are_ratios_of_one_run():
     rows = door_bench.physics(repeats=1)
     assert all(np.isfinite(value) and value > 0 for value in rows.values())
@@ -141,7 +158,7 @@ def test_physics_rows_are_ratios_of_one_run():
 
 
 def test_an_unknown_benchmark_is_refused():
-    with pytest.raises(ValueError, match=r"name = 'window': expected one of 'door'"):
+    with pytest.raises(ValueError, match=r"name = 'window': expected one of 'all', 'door'"):
         bench.main(["window"])
 
 

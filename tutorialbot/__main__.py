@@ -31,7 +31,7 @@ def make_parser() -> argparse.ArgumentParser:
     made["test"].add_argument("--full", action="store_true", help="heavy tests too; whatever is missing is a failure")
     made["run"].add_argument("--fresh", action="store_true", help="run again what is already done")
     made["report"].add_argument("--write", action="store_true", help="refresh the table in README.md")
-    made["bench"].add_argument("name", metavar="NAME", help="which benchmark: " + ", ".join(launch.BENCHMARKS))
+    made["bench"].add_argument("name", metavar="NAME", help="which: " + ", ".join(launch.BENCHMARKS) + ", or all")
     made["train"].add_argument("name", metavar="NAME", help="which network: vox2c, linkframe")
     made["grade"].add_argument("folder", metavar="FOLDER", help="one file or folder for each student")
     return parser
