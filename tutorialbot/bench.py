@@ -120,8 +120,8 @@ def _sc_summary(values: dict) -> str:
         f"{speed['dynamic']['times_real_time']:.0f} times with MuJoCo, whose door is within "
         f"{speed['dynamic']['door_gap']:.1f} degrees of the plan; a singularity-consistent step costs "
         f"{step['times']:.2f} times a damped-least-squares one, its direction is exact to {worst:.0e} and its "
-        f"peak rate within {100 * off:.1f} % of the closed form; with the base inside the inverse kinematics the hand errs by "
-        f"{line['base inside']:.2f} mm where a fixed split loses {line['fixed split']:.0f} mm"
+        f"peak rate within {100 * off:.1f} % of the closed form; with the base inside the inverse "
+        f"kinematics the hand errs by {line['base inside']:.2f} mm where a fixed split loses {line['fixed split']:.0f} mm"
     )
 
 
