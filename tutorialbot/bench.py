@@ -115,13 +115,14 @@ def _sc_summary(values: dict) -> str:
     speed = {row["run"]: row for row in values["passages"]}
     doors = next(row for row in values["doors"] if row["way_points"] == "searched")
     return (
-        f"{doors['passed']} of {doors['doors']} random doors are passed without touching them but to hold them; the "
-        f"usual passage is computed {speed['kinematic']['times_real_time']:.0f} times as fast as it runs, "
-        f"{speed['dynamic']['times_real_time']:.0f} times with MuJoCo, whose door is within "
-        f"{speed['dynamic']['door_gap']:.1f} degrees of the plan; a singularity-consistent step costs "
-        f"{step['times']:.2f} times a damped-least-squares one, its direction is exact to {worst:.0e} and its "
-        f"peak rate within {100 * off:.1f} % of the closed form; with the base inside the inverse "
-        f"kinematics the hand errs by {line['base inside']:.2f} mm where a fixed split loses {line['fixed split']:.0f} mm"
+        f"{doors['passed']} of {doors['doors']} random doors are passed without touching them but to hold them; "
+        f"the usual passage is computed {speed['kinematic']['times_real_time']:.0f} times as fast as it runs, "
+        f"{speed['dynamic']['times_real_time']:.0f} times with MuJoCo, "
+        f"whose door is within {speed['dynamic']['door_gap']:.1f} degrees of the plan; "
+        f"a singularity-consistent step costs {step['times']:.2f} times a damped-least-squares one, "
+        f"its direction is exact to {worst:.0e} and its peak rate within {100 * off:.1f} % of the closed form; "
+        f"with the base inside the inverse kinematics the hand errs by {line['base inside']:.2f} mm "
+        f"where a fixed split loses {line['fixed split']:.0f} mm"
     )
 
 
