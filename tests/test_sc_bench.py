@@ -80,7 +80,7 @@ def test_the_benchmark_writes_a_record(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sc_bench, "steps", lambda: [{"method": "singularity-consistent", "times": 1.08}])
     assert bench.main(["sc", "--out", str(tmp_path / "sc.json")]) == 0
     said = capsys.readouterr().out
-    assert "costs 1.08 times" in said and "by 0.07 mm where the fixed split loses 252 mm" in said
+    assert "costs 1.08 times" in said and "by 0.07 mm where a fixed split loses 252 mm" in said
     assert "151 times as fast as it runs, 61 times with MuJoCo" in said and "3 of 100 random doors" in said
     record = bench.RunRecord.load(tmp_path / "sc.json")
     assert record.values["summary"] in said and record.seed == sc_bench.FIRST_SEED

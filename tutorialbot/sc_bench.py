@@ -38,7 +38,7 @@ def steps(repeats: int = 7, count: int = 500) -> list[dict]:
     methods: dict[str, Callable] = {
         BASE: singular_peers.damped_least_squares,
         "singularity-consistent": lambda arm, q, twist: arm.joint_velocity(q, twist).qdot,
-        "the same, as printed": joint_velocity_in_matrices,
+        "the same, in matrices": joint_velocity_in_matrices,
         "pseudo-inverse": singular_peers.pseudo_inverse,
         "adaptive damping": singular_peers.adaptive_least_squares,
         "rate-limited QP, DAQP": singular_peers.rate_limited_program,
@@ -46,7 +46,7 @@ def steps(repeats: int = 7, count: int = 500) -> list[dict]:
     }
     drawn = _drawn(arm, count, 0)
     few = drawn[: max(1, count // 20)]
-    slow = ("the same, as printed", "rate-limited QP, pink")
+    slow = ("the same, in matrices", "rate-limited QP, pink")
     used = {name: few if name in slow else drawn for name in methods}
     actions = {name: lambda name=name: [methods[name](arm, q, twist) for q, twist in used[name]] for name in methods}
     for action in actions.values():
