@@ -40,7 +40,7 @@ class Stance:
 
     def __post_init__(self):
         check_symmetric(self.arm), check_pose("fixture", self.fixture), one_of("anchor", self.anchor, ENDS)
-        object.__setattr__(self, "q", finite_array("q", self.q, (7,)))
+        object.__setattr__(self, "q", np.array(self.arm.checked(self.q)))
 
     @property
     def built_q(self) -> np.ndarray:
