@@ -217,12 +217,13 @@ def _must_be_writable(path: Path) -> None:
         raise InvalidValue("--out", str(path), f"a file that can be written ({error.strerror})") from None
 
 
-def _end_now(*_) -> None:
-    """End at once, with the workers: a KeyboardInterrupt may be lost in a library, and all that is finished is on disk.
+def _end_now(kept: bool) -> None:
+    """End at once, with the workers: a KeyboardInterrupt may be lost in a library, and what is `kept` is on disk.
 
     joblib's resource tracker stays a moment longer, tidies up and ends by itself.
     """
-    print("\ninterrupted: what is finished is kept, the same command goes on from there", file=sys.stderr, flush=True)
+    told = "what is finished is kept, the same command goes on from there" if kept else "nothing is kept"
+    print(f"\ninterrupted: {told}", file=sys.stderr, flush=True)
     for child in psutil.Process().children():
         with suppress(psutil.Error):
             if "resource_tracker" not in " ".join(child.cmdline()):
@@ -238,7 +239,8 @@ def main(argv: list[str]) -> int:
     """Run the benchmark that argv names; returns the exit status. Raises InvalidValue that lists the benchmarks for any
     other name, and for numbers out of range.
 
-    Ended by Ctrl-C or a polite kill, it keeps what is finished, and the same command goes on from there.
+    Ended by Ctrl-C or a polite kill, it keeps what is finished, and the same command goes on from there; "sc", which
+    has no journal, begins anew.
     """
     parser = argparse.ArgumentParser(prog="python3 -m tutorialbot bench", description=__doc__)
     parser.add_argument("name", help="one of: " + ", ".join([*sorted(BENCHMARKS), "all"]))
@@ -259,7 +261,7 @@ def main(argv: list[str]) -> int:
     out = options.out or paths.results() / "bench" / f"{options.name}.json"
     _must_be_writable(out)  # now, not after an hour
     for ending in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(ending, _end_now)
+        signal.signal(ending, lambda *_: _end_now(kept=options.name != "sc"))
     path = run(options).save(out)
     print(f"written: {path}", file=sys.stderr)
     return 0

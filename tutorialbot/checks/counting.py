@@ -1,6 +1,7 @@
 """What a student's function costs: evaluations of an objective that it is given, and lines of Python that it runs."""
 
 import sys
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -100,11 +101,14 @@ class ByHand:
                 called.append(f"{module}.{frame.f_code.co_name}")
 
         before = sys.getprofile()
-        sys.setprofile(note)
+        sys.setprofile(note), threading.setprofile(note)
         try:
             answer = self.student(*inputs)
         finally:
-            sys.setprofile(before)
+            watched = sys.getprofile() is note
+            sys.setprofile(before), threading.setprofile(before)
+        if not watched:
+            raise Wrong("by hand", "the function turned the profiler off that looks for calls of this project.")
         if called:
             raise Wrong("by hand", f"{called[0]} did the work: write it with your own lines.")
         return answer

@@ -205,6 +205,8 @@ TRIALS = (
     ("any door", "Any door: all of this together.",
      {"said": (65.0, 95.0), "hold": (40.0, 120.0), "limit": (63.0, 115.0), "torque": (4.0, 12.0),
       "slips": (0.0, 0.12), "lost": (0.0, 0.3)}),
+    ("slips behind", "A hand may slip just as the robot gets behind. If the door stays open there, nobody shuts it.",
+     {"slips": (0.2, 0.2), "hold": (40.0, 58.0)}),
 )  # fmt: skip
 DOORS = 20  # of each kind
 

@@ -61,8 +61,8 @@ def _judge_fate(student: Student) -> None:
 
     def trial(check: str, reason: str, hinge, *numbers_: float) -> str:
         inputs = (np.array(hinge, dtype=float), *map(float, numbers_))
-        word, angle = fate(*inputs)
         answer = ask(*inputs)
+        word, angle = fate(*inputs)
         if not isinstance(answer, list | tuple) or len(answer) != 2 or answer[0] not in WORDS:
             told = f"expected two things, one of {', '.join(WORDS)}, and an angle; got {show(answer)}"
             raise Wrong("shape of the answer", told + case(inputs))
@@ -90,6 +90,8 @@ def _judge_fate(student: Student) -> None:
     reason = "Touching the edge from inside, within a micrometre: the saddle, which takes for ever."
     for at, radius in ((0.6, 0.45), (0.9, 0.3), (-0.4, 0.2)):
         trial("stalls", reason, touching(0.0, radius, 0.7, at), radius, at - 0.5, at + 0.4, 0.1, 0.7)
+    for margin in (5e-7, -5e-7):
+        trial("stalls", reason, touching(margin, 0.45, 0.7, 0.6), 0.45, 0.0, 1.2, 0.18, 0.7)
     reason = "Two micrometres inside is not touching."
     trial("passes", reason, touching(2e-6, 0.45, 0.7, 0.6), 0.45, 0.0, 1.2, 0.18, 0.7)
     reason = "Where the arc is nearest to the edge counts only if the door gets there."

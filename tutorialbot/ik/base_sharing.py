@@ -19,7 +19,7 @@ import numpy as np
 import pinocchio as pin
 
 from tutorialbot.errors import InvalidType, finite_array, finite_number
-from tutorialbot.ik.singularity_consistent import SphericalArm, time_scale
+from tutorialbot.ik.singularity_consistent import SphericalArm, check_arm, time_scale
 from tutorialbot.ik.spherical_rates import hand, joint_rates, triangle, wrist_axes, wrist_twist
 
 MOUNT = 0.70  # height of the arm's anchor above the floor [m]
@@ -67,6 +67,7 @@ def anchor(base: np.ndarray, mount: float = MOUNT) -> pin.SE3:
 
 def tip_in_world(arm: SphericalArm, base: np.ndarray, q: np.ndarray, mount: float = MOUNT) -> pin.SE3:
     """Return the tip's pose in the world."""
+    check_arm(arm)
     return anchor(base, mount) * arm.forward(q)
 
 
@@ -166,8 +167,7 @@ def elbow_share(q4: float, p_z: float, n: int = 2) -> tuple[float, float]:
 
 
 def _checked(arm: SphericalArm, shares: Shares) -> Shares:
-    if not isinstance(arm, SphericalArm):
-        raise InvalidType("arm", arm, "a SphericalArm")
+    check_arm(arm)
     if not isinstance(shares, Shares):
         raise InvalidType("shares", shares, "Shares, such as Shares(x=0.9, y=0.9, yaw=0.5)")
     return shares

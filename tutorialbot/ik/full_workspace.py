@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import InvalidValue, finite_number, one_of
+from tutorialbot.errors import InvalidValue, finite_number, one_of, positive
 from tutorialbot.ik.base_sharing import MOUNT, Shares, base_centre_velocity
-from tutorialbot.ik.singularity_consistent import SphericalArm
-from tutorialbot.scene.closing_door import ClosingDoor
+from tutorialbot.ik.singularity_consistent import SphericalArm, check_arm
+from tutorialbot.scene.closing_door import ClosingDoor, check_closing_door
 
 START = (0.98, -0.62)  # the base before the closed door [m]
 GRASPS = ("rigid", "pivoting")  # the hand turns with the door, or the knob turns in the hand
@@ -53,7 +53,7 @@ def needed_reach(
 
     The base takes `share` of the knob's motion along x and y, and half as much of its turn: eq (4).
     """
-    one_of("grasp", grasp, GRASPS)
+    one_of("grasp", grasp, GRASPS), check_arm(arm), check_closing_door(door), positive("step_deg", step_deg)
     shares = Shares(share, share, 0.5 * share).matrix
     angles = np.deg2rad(np.arange(0.0, LARGEST_DEG + 0.5 * step_deg, step_deg))
     base, far, before = np.array([*START, 0.0]), [], _hand(door, 0.0, grasp)

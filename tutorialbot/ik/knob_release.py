@@ -20,8 +20,8 @@ from tutorialbot.errors import InvalidValue, finite_number, one_of, positive
 from tutorialbot.ik import srs
 from tutorialbot.ik.base_sharing import MOUNT, Shares, anchor, share_in_time, tip_in_world
 from tutorialbot.ik.singular_peers import pseudo_inverse
-from tutorialbot.ik.singularity_consistent import SphericalArm
-from tutorialbot.scene.closing_door import ClosingDoor
+from tutorialbot.ik.singularity_consistent import SphericalArm, check_arm
+from tutorialbot.scene.closing_door import ClosingDoor, check_closing_door
 
 HOLD_DEG, OPENING_DEG = 75.0, 80.0  # the closer's hold angle, and where the door stands
 DISTANCE, SLANT_DEG = 0.693, 70.0  # shoulder to wrist [m] at the knob; between the arm and the way off the knob
@@ -110,6 +110,7 @@ def release(
     """
     arm = SphericalArm() if arm is None else arm
     door = ClosingDoor(hold_angle=math.radians(HOLD_DEG)) if door is None else door
+    check_arm(arm), check_closing_door(door), finite_number("gain", gain, 0.0)
     one_of("way", way, WAYS), positive("speed", speed), positive("dt", dt)
     opening = math.radians(finite_number("opening_deg", opening_deg, 0.0, 120.0))
     base, q = stance(arm, door, opening, distance)

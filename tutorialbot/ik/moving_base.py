@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import one_of, positive
+from tutorialbot.errors import finite_number, one_of, positive
 from tutorialbot.ik.base_sharing import Shares, anchor, share, share_in_time, tip_in_world, tip_velocity_by_base
 from tutorialbot.ik.singularity_consistent import SphericalArm
 
@@ -76,6 +76,7 @@ def line(
 ) -> Line:  # fmt: skip
     """Run the tip `length` [m] forward and back at `speed` [m/s] by one of METHODS; its orientation stays."""
     one_of("method", method, METHODS), positive("length", length), positive("speed", speed), positive("dt", dt)
+    finite_number("gain", gain, 0.0)
     arm, shares = SphericalArm() if arm is None else arm, Shares(share_of_base, share_of_base, 0.0)
     base, q, rows = np.zeros(3), np.array(START), []
     begin = tip_in_world(arm, base, q)

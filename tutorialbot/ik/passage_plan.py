@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from tutorialbot.errors import InvalidValue, finite_array, finite_number
 from tutorialbot.ik import passage_clearance as clearance
 from tutorialbot.ik import srs
 from tutorialbot.ik.base_sharing import MOUNT, Shares, base_centre_velocity
@@ -58,6 +59,17 @@ class WayPoints:
     inside: tuple[float, float] = (0.55, -0.12)
     through: tuple[float, float] = (0.53, 0.42)
     nearly: float = 30.0 * DEG
+
+    def __post_init__(self):
+        for name in ("start", "wide", "aside", "inside", "through"):
+            finite_array(name, getattr(self, name), (2,))
+        for name in ("little", "lean", "off", "nearly"):
+            finite_number(name, getattr(self, name))
+        finite_array("hold", self.hold, (3,))
+        around = finite_array("around", self.around, (-1, 2))
+        if not len(around):
+            raise InvalidValue("around", self.around, "at least one point")
+        finite_array("pivots", self.pivots, (len(around) + 3,))
 
 
 @dataclass(frozen=True)

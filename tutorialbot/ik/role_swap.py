@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import InvalidValue, finite_array, one_of, positive
+from tutorialbot.errors import InvalidValue, finite_array, finite_number, one_of, positive
 from tutorialbot.ik import srs
-from tutorialbot.ik.singularity_consistent import SphericalArm, Velocity
+from tutorialbot.ik.singularity_consistent import SphericalArm, Velocity, check_arm
 from tutorialbot.pose import check_pose, interpolate
 
 F = pin.SE3(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
@@ -40,7 +40,7 @@ class Stance:
 
     def __post_init__(self):
         check_symmetric(self.arm), check_pose("fixture", self.fixture), one_of("anchor", self.anchor, ENDS)
-        object.__setattr__(self, "q", finite_array("q", self.q, (7,)))
+        object.__setattr__(self, "q", np.array(self.arm.checked(self.q)))
 
     @property
     def built_q(self) -> np.ndarray:
@@ -55,6 +55,7 @@ class Stance:
 
 def check_symmetric(arm: SphericalArm) -> SphericalArm:
     """Return the arm if its two halves are equal, else raise InvalidValue."""
+    check_arm(arm)
     for first, last in (("upper", "lower"), ("base_offset", "tip_offset")):
         if abs(getattr(arm, first) - getattr(arm, last)) > 1e-9:
             raise InvalidValue(last, getattr(arm, last), f"{first} = {getattr(arm, first)}: base and tip change roles")
@@ -108,6 +109,7 @@ def move(
     begin, there = stance.free_end, check_pose("target", target)
     turn = float(np.linalg.norm(pin.log3(begin.rotation.T @ there.rotation)))
     way = max(float(np.linalg.norm(there.translation - begin.translation)), 0.3 * turn, 1e-9)
+    positive("dt", dt), positive("near", near), positive("patience", patience), finite_number("gain", gain, 0.0)
     duration, s = way / positive("speed", speed), 0.0
     for _ in range(math.ceil(patience * duration / dt)):
         wanted, ahead = interpolate(begin, there, min(s, 1.0)), interpolate(begin, there, min(s + 1e-3, 1.0))

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import InvalidValue, finite_array, finite_number, one_of, positive, whole_number
+from tutorialbot.errors import InvalidType, InvalidValue, finite_array, finite_number, one_of, positive, whole_number
 from tutorialbot.ik.spherical_rates import hand, joint_rates, triangle, wrist_axes, wrist_twist
 
 LIMITS = tuple(np.deg2rad((170.0, 125.0, 170.0, 150.0, 170.0, 125.0, 170.0)).tolist())  # to both sides [rad]
@@ -54,7 +54,8 @@ def time_scale(q4: float, n: int = 2, scaling: str = "sine") -> tuple[float, flo
     continuous; "quintic": (15 x - 10 x^3 + 3 x^5) / 8 with x = q4 / epsilon, whose curvature is continuous as well.
     Raises InvalidType or InvalidValue for n < 1 or not whole, q4 not in (-pi, pi), another scaling.
     """
-    if type(n) is not int or not 1 <= n <= MOST or not -math.pi < q4 < math.pi or scaling not in SCALINGS:
+    plain = type(n) is int and type(q4) is float and type(scaling) is str
+    if not plain or not 1 <= n <= MOST or not -math.pi < q4 < math.pi or scaling not in SCALINGS:
         n, _ = whole_number("n", n, 1, MOST), one_of("scaling", scaling, SCALINGS)
         q4 = _within("q4", q4, math.nextafter(math.pi, 0.0))
     epsilon = math.pi / 2.0 ** (n + 1)
@@ -104,7 +105,8 @@ class SphericalArm:
 
     def checked(self, q) -> list[float]:
         """Return q (7,) [rad] as plain numbers; raise InvalidValue for other shapes, NaN, and beyond the limits."""
-        angles = q.tolist() if isinstance(q, np.ndarray) and q.shape == (7,) else finite_array("q", q, (7,)).tolist()
+        fits = isinstance(q, np.ndarray) and q.dtype == float and q.shape == (7,)
+        angles = q.tolist() if fits else finite_array("q", q, (7,)).tolist()
         for number, (angle, limit) in enumerate(zip(angles, self.limits, strict=True), start=1):
             if not -limit - 1e-9 <= angle <= limit + 1e-9:  # also NaN
                 _within(f"q{number}", angle, limit)
@@ -135,7 +137,7 @@ class SphericalArm:
         Raises InvalidType or InvalidValue for numbers that are not finite, q out of its limits, n < 1 or not whole.
         """
         angles, twist = self.checked(q), _checked_twist(twist, swivel_rate)
-        if wrist not in WRISTS:
+        if type(wrist) is not str or wrist not in WRISTS:
             one_of("wrist", wrist, WRISTS)
         s, c = [*map(math.sin, angles)], [*map(math.cos, angles)]
         sides = triangle(s[3], c[3], self.upper, self.lower)
@@ -151,7 +153,9 @@ def joint_velocity_in_matrices(arm: SphericalArm, q: np.ndarray, twist: np.ndarr
 
     Arguments as in `SphericalArm.joint_velocity`, which gives the same.
     """
-    q4, twist, pinv = arm.checked(q)[3], finite_array("twist", twist, (6,)), np.linalg.pinv
+    check_arm(arm)
+    q, twist, pinv = arm.checked(q), finite_array("twist", twist, (6,)), np.linalg.pinv
+    q4 = q[3]
     L1, L2, (_, e_y, e_z) = arm.upper, arm.lower, np.eye(3)
     r = np.sqrt(L1**2 + L2**2 + 2 * L1 * L2 * np.cos(q4))
     alpha = np.arctan2(L2 * np.sin(q4), L1 + L2 * np.cos(q4))
@@ -183,6 +187,7 @@ def elbow_peak_rate(arm: SphericalArm, speed: float, n: int = 2, scaling: str = 
     It is reached at q4 = 0, where b / sin q4 is greatest: 2^n (L1 + L2) / (L1 L2) speed, that is 2^(n + 1) speed / L
     for equal links; 19 % more with the quintic.
     """
+    check_arm(arm)
     _, most = time_scale(0.0, n, scaling)
     return most * arm.reach / (arm.upper * arm.lower) * finite_number("speed", speed, 0.0)
 
@@ -200,6 +205,13 @@ def order_for_rate(arm: SphericalArm, speed: float, rate_limit: float) -> int:
     return min(MOST, 1 + math.floor(math.log2(rate_limit / slowest)))
 
 
+def check_arm(arm: SphericalArm) -> SphericalArm:
+    """Return the arm, or raise InvalidType."""
+    if not isinstance(arm, SphericalArm):
+        raise InvalidType("arm", arm, "a SphericalArm")
+    return arm
+
+
 def _model(arm: SphericalArm) -> pin.Model:
     """Return pinocchio's model of the arm; its last frame is the tip."""
     model, joint = pin.Model(), 0
@@ -215,7 +227,7 @@ def _model(arm: SphericalArm) -> pin.Model:
 
 
 def _checked_twist(twist: np.ndarray, swivel_rate: float) -> list[float]:
-    fits = isinstance(twist, np.ndarray) and twist.shape == (6,)
+    fits = isinstance(twist, np.ndarray) and twist.dtype == float and twist.shape == (6,)
     numbers = twist.tolist() if fits else finite_array("twist", twist, (6,)).tolist()
     if not math.isfinite(sum(numbers)):
         finite_array("twist", numbers, (6,))

@@ -137,7 +137,7 @@ def wrist_rates_a(
     _, _, _, sb, cb = sides
     b_sm = swivel_rate / m if swivel_rate and m else 0.0
     f_x, f_y, f_z = f[0] + m * sb * c[4] * b_sm, f[1] - m * sb * s[4] * b_sm, f[2] - m * cb * b_sm
-    q7 = f_x / s[5] if s[5] else math.copysign(math.inf, f_x)
+    q7 = f_x / s[5] if s[5] else math.copysign(math.inf, f_x) if f_x else 0.0
     return b_sm, f_z - c[5] * q7, f_y, q7
 
 

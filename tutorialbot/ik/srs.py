@@ -15,7 +15,7 @@ angle). Elbows with q4 < 0 are those of swivel + pi with q4 > 0, so q4 >= 0 here
 import numpy as np
 
 from tutorialbot.errors import InvalidValue, finite_array, float_array
-from tutorialbot.ik.singularity_consistent import SphericalArm
+from tutorialbot.ik.singularity_consistent import SphericalArm, check_arm
 
 BRANCHES = ((1, 1), (1, -1), (-1, 1), (-1, -1))  # signs of sin q2 and of sin q6
 LEVEL = 1e-9  # a line from shoulder to wrist with less than this in the plane is vertical
@@ -30,7 +30,8 @@ def inverse(
     against each other; branch: one of BRANCHES. Out of reach q4 is 0 or pi and False stands for it. Joint limits are
     not looked at (see `within`). q1, q3, q5, q7 come in (-pi, pi].
     """
-    if branch not in BRANCHES:
+    check_arm(arm)
+    if not isinstance(branch, tuple) or branch not in BRANCHES:
         raise InvalidValue("branch", branch, f"one of {BRANCHES}")
     rotation, position, swivel = _poses(rotation, position, swivel)
     line = position - arm.tip_offset * rotation[..., :, 2]
@@ -95,6 +96,9 @@ def _poses(rotation, position, swivel) -> tuple[np.ndarray, np.ndarray, np.ndarr
     for name, value in (("rotation", rotation), ("position", position), ("swivel", swivel)):
         if not np.isfinite(value).all():
             raise InvalidValue(name, value, "finite numbers (no NaN, no infinity)")
+    off = np.abs(rotation @ np.swapaxes(rotation, -1, -2) - np.eye(3)).max(initial=0.0)
+    if off > 1e-6 or (np.linalg.det(rotation) < 0.0).any():
+        raise InvalidValue("rotation", f"array of shape {rotation.shape}", "rotations: orthonormal, right-handed")
     return rotation, position, swivel
 
 

@@ -18,7 +18,7 @@ import numpy as np
 import pinocchio as pin
 
 from tutorialbot import paths
-from tutorialbot.errors import BrokenFile, InvalidValue, finite_array, finite_number
+from tutorialbot.errors import BrokenFile, InvalidType, InvalidValue, finite_array, finite_number
 from tutorialbot.seeding import make_rng
 
 LIMITS = {  # of `ClosingDoor`: from the smallest to the largest that is still a door, in the units named there
@@ -94,7 +94,7 @@ class ClosingDoor:
     # --- the closer --------------------------------------------------------------------------------------------------
     def closer(self, theta: float | np.ndarray) -> float | np.ndarray:
         """Return the torque [Nm] by which the closer shuts the door at `theta` [rad], in the shape of `theta`."""
-        angle = np.asarray(theta, dtype=float)
+        angle = finite_array("theta", theta, (-1,) * np.ndim(theta))
         torque = np.where(angle < self.hold_angle, self.closer_torque + self.closer_stiffness * angle.clip(0.0), 0.0)
         return torque if np.ndim(theta) else float(torque)
 
@@ -223,6 +223,13 @@ class ClosingDoor:
         hinge.range = [0.0, self.open_limit]
         hinge.damping, hinge.frictionloss = [self.hinge_damping, 0.0, 0.0], self.hinge_friction
         return spec
+
+
+def check_closing_door(door: ClosingDoor) -> ClosingDoor:
+    """Return the door, or raise InvalidType."""
+    if not isinstance(door, ClosingDoor):
+        raise InvalidType("door", door, "a ClosingDoor")
+    return door
 
 
 def turn(theta: float | np.ndarray) -> np.ndarray:
