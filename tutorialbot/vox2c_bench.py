@@ -85,11 +85,12 @@ def _ask(tests: list[Callable], states: list) -> None:
 
 
 def forward(repeats: int = 3, scenes: int = 10) -> list[dict]:
-    """Return CPU time [ms] of one prediction, mean, for all weights that are there and the resolutions they know."""
+    """Return CPU time [ms] of one prediction on one core, mean, for all weights and the resolutions they know."""
     if not predictors():
         return []
-    from tutorialbot.vox2c import network  # brings torch
+    from tutorialbot.vox2c import checkpoints, network  # bring torch
 
+    checkpoints.use_threads(1)  # several that wait for each other count as time, too
     rows = []
     for name, degrees in itertools.product(predictors(), RESOLUTIONS):
         model = network.load(name)
