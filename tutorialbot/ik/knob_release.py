@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import InvalidValue, finite_number, one_of, positive
+from tutorialbot.errors import InvalidValue, finite_number, one_of, positive, step_count
 from tutorialbot.ik import srs
 from tutorialbot.ik.base_sharing import MOUNT, Shares, anchor, share_in_time, tip_in_world
 from tutorialbot.ik.singular_peers import pseudo_inverse
@@ -106,17 +106,19 @@ def release(
     """Let go of the knob in one of WAYS, the hand at `speed` [m/s], and record every step of dt [s].
 
     door: by default one that stays open beyond 75 degrees. It ends when the hand is OFF from the knob or at the knob
-    again, or after twice the time that the way takes.
+    again, or after twice the time that the way takes. Raises InvalidType or InvalidValue that names the argument, also
+    for more than a million steps.
     """
     arm = SphericalArm() if arm is None else arm
     door = ClosingDoor(hold_angle=math.radians(HOLD_DEG)) if door is None else door
     check_arm(arm), check_closing_door(door), finite_number("gain", gain, 0.0)
     one_of("way", way, WAYS), positive("speed", speed), positive("dt", dt)
+    count = round(step_count(2.0 * OFF / speed, speed, dt))
     opening = math.radians(finite_number("opening_deg", opening_deg, 0.0, 120.0))
     base, q = stance(arm, door, opening, distance)
     knob = tip_in_world(arm, base, q)
     off, rows, s = -knob.rotation[:, 2], [], 0.0
-    for step in range(round(2.0 * OFF / speed / dt)):
+    for step in range(count):
         here = tip_in_world(arm, base, q)
         lag, turn = knob.translation + s * off - here.translation, pin.log3(knob.rotation @ here.rotation.T)
         wanted = np.concatenate([speed * off, np.zeros(3)])
