@@ -69,17 +69,17 @@ def whole_number(argument: str, value: Any, low: int = 0, high: float = np.inf) 
     return int(value)
 
 
-def step_count(seconds: float, speed: float, dt: float) -> float:
-    """Return how many steps of dt [s] `seconds` are, 2 to MOST_STEPS: as long as a way takes at `speed` [m/s].
+def step_count(seconds: float, speed: float, dt: float, least: float = 2.0) -> float:
+    """Return how many steps of dt [s] `seconds` are, `least` to MOST_STEPS: as long as a way takes at `speed` [m/s].
 
     Raises InvalidValue for other counts. It names the one of `speed` and `dt` that is farther from what is usual.
     """
     count = seconds / dt
-    if 2.0 <= count <= MOST_STEPS:
+    if least <= count <= MOST_STEPS:
         return count
     odd_speed, odd_step = abs(math.log(speed / USUAL_SPEED)), abs(math.log(dt / USUAL_STEP))
     name, value = ("speed", speed) if odd_speed > odd_step else ("dt", dt)
-    raise InvalidValue(name, value, f"2 to {MOST_STEPS} steps in all: it takes {seconds:.3g} s, a step {dt:.3g} s")
+    raise InvalidValue(name, value, f"{least:g} to {MOST_STEPS} steps in all: it takes {seconds:.3g} s, a step {dt:.3g} s")
 
 
 def one_of(argument: str, value: Any, choices: Iterable[str]) -> str:
