@@ -79,7 +79,8 @@ def step_count(seconds: float, speed: float, dt: float, least: float = 2.0) -> f
         return count
     odd_speed, odd_step = abs(math.log(speed / USUAL_SPEED)), abs(math.log(dt / USUAL_STEP))
     name, value = ("speed", speed) if odd_speed > odd_step else ("dt", dt)
-    raise InvalidValue(name, value, f"{least:g} to {MOST_STEPS} steps in all: it takes {seconds:.3g} s, a step {dt:.3g} s")
+    takes = f"it takes {seconds:.3g} s, a step {dt:.3g} s"
+    raise InvalidValue(name, value, f"{least:g} to {MOST_STEPS} steps in all: {takes}")
 
 
 def one_of(argument: str, value: Any, choices: Iterable[str]) -> str:
