@@ -141,6 +141,7 @@ def test_the_whole_body_s_jacobian_is_that_of_the_poses():
     (lambda: line(dt=1e300), InvalidValue, "dt = 1e+300"), (lambda: line(dt=1e-300), InvalidValue, "dt = 1e-300"),
     (lambda: line(speed=1e300), InvalidValue, "speed = 1e+300"), (lambda: line(speed=1.1), InvalidValue, "speed = 1.1"),
     (lambda: line(speed=1e-300), InvalidValue, "speed = 1e-300"),
+    (lambda: line("whole body, good weights", n=0), InvalidValue, "n = 0"),
     (lambda: line(length=1e300), InvalidValue, "length = 1e+300"),
 ])  # fmt: skip
 def test_bad_input_is_named(call, kind, says):

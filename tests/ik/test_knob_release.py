@@ -63,6 +63,8 @@ def test_a_door_short_of_its_hold_angle_is_not_held():
     (lambda: needed_reach(ARM, DOOR, 0.5, "firm"), "grasp = 'firm'"),
     (lambda: largest_opening(ARM, DOOR, 1.5), "share = 1.5"),
     (lambda: largest_opening(ARM, DOOR, 0.5, margins=(2.6,)), "margin = 2.6"),
+    (lambda: release("pseudo-inverse", n=0), "n = 0"), (lambda: stance(ARM, DOOR, 1.4, slant=math.nan), "slant = nan"),
+    (lambda: stance(ARM, DOOR, math.inf), "opening = inf"),
     (lambda: release(speed=1e300), "speed = 1e+300"), (lambda: release(dt=1e300), "dt = 1e+300"),
     (lambda: release(speed=1e-300), "speed = 1e-300"), (lambda: release(dt=1e-300), "dt = 1e-300"),
 ])  # fmt: skip

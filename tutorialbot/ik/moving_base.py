@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import InvalidValue, finite_number, one_of, positive, step_count
+from tutorialbot.errors import InvalidValue, finite_number, one_of, positive, step_count, whole_number
 from tutorialbot.ik.base_sharing import Shares, anchor, share, share_in_time, tip_in_world, tip_velocity_by_base
-from tutorialbot.ik.singularity_consistent import SphericalArm, check_arm
+from tutorialbot.ik.singularity_consistent import MOST, SphericalArm, check_arm
 
 METHODS = ("fixed split", "base inside", "whole body, good weights", "whole body, poor weights")
 WEIGHTS = {"whole body, good weights": 1.0, "whole body, poor weights": 30.0}  # of the base's rates, against the arm's
@@ -85,7 +85,7 @@ def line(
         raise InvalidValue("speed", speed, f"at most {length / RAMP:g} m/s: ramps of {RAMP} s on {length:g} m")
     steps = round(step_count(2.0 * (length / speed + RAMP) + REST, speed, dt))
     arm, shares = SphericalArm() if arm is None else arm, Shares(share_of_base, share_of_base, 0.0)
-    check_arm(arm)
+    check_arm(arm), whole_number("n", n, 1, MOST)
     base, q, rows = np.zeros(3), np.array(START), []
     begin = tip_in_world(arm, base, q)
     for step in range(steps):
