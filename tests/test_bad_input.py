@@ -10,7 +10,7 @@ import pytest
 
 from tutorialbot import paths, report
 from tutorialbot.bo.presets import PRESETS
-from tutorialbot.errors import BrokenFile, TutorialbotError, finite_array, finite_number, whole_number
+from tutorialbot.errors import BrokenFile, TutorialbotError, finite_array, finite_number, step_count, whole_number
 from tutorialbot.pose import so4_distance
 from tutorialbot.runs import Journal, RunRecord
 from tutorialbot.scene.door import Door
@@ -95,6 +95,14 @@ def test_whole_numbers_have_bounds():
     for value in (4, 6, 10**5000, -(10**5000)):
         with pytest.raises(TutorialbotError, match="^n = .*: expected a whole number >= 5 and <= 5"):
             whole_number("n", value, 5, 5)
+
+
+def test_steps_have_bounds_and_the_odd_one_is_named():
+    assert step_count(1.0, 0.1, 0.5) == 2.0 and step_count(1e3, 0.1, 1e-3) == 1e6
+    assert step_count(0.0, 0.1, 0.01, least=0.0) == 0.0
+    for speed, dt, named in ((1e-9, 1e-3, "speed"), (1e9, 1e-3, "speed"), (0.2, 1e-9, "dt"), (0.2, 1e9, "dt")):
+        with refused(named):
+            step_count(1.0 / speed, speed, dt)
 
 
 def test_files_nested_beyond_reason_are_broken(tmp_path):

@@ -4,10 +4,14 @@ A message always names the argument, the value that came, and what is accepted. 
 search that fails is a *result*, not an exception; an exception means misuse or a broken file.
 """
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+
+MOST_STEPS = 1_000_000  # of a simulation in one call
+USUAL_SPEED, USUAL_STEP = 0.1, 5e-3  # [m/s], [s]
 
 
 class TutorialbotError(Exception):
@@ -63,6 +67,20 @@ def whole_number(argument: str, value: Any, low: int = 0, high: float = np.inf) 
         shown = value if abs(value) <= 2**1000 else "a whole number beyond every float"
         raise InvalidValue(argument, shown, bounds)
     return int(value)
+
+
+def step_count(seconds: float, speed: float, dt: float, least: float = 2.0) -> float:
+    """Return how many steps of dt [s] `seconds` are, `least` to MOST_STEPS: as long as a way takes at `speed` [m/s].
+
+    Raises InvalidValue for other counts. It names the one of `speed` and `dt` that is farther from what is usual.
+    """
+    count = seconds / dt
+    if least <= count <= MOST_STEPS:
+        return count
+    odd_speed, odd_step = abs(math.log(speed / USUAL_SPEED)), abs(math.log(dt / USUAL_STEP))
+    name, value = ("speed", speed) if odd_speed > odd_step else ("dt", dt)
+    takes = f"it takes {seconds:.3g} s, a step {dt:.3g} s"
+    raise InvalidValue(name, value, f"{least:g} to {MOST_STEPS} steps in all: {takes}")
 
 
 def one_of(argument: str, value: Any, choices: Iterable[str]) -> str:

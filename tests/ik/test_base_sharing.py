@@ -137,7 +137,12 @@ def test_the_whole_body_s_jacobian_is_that_of_the_poses():
     (lambda: hold(ARM, BASE, np.zeros(7), [0.0, np.inf, 0.0]), InvalidValue, "base_rates = "),
     (lambda: share_in_time(ARM, BASE, np.full(7, 9.0), np.zeros(6)), InvalidValue, "q1 = 9.0"),
     (lambda: share_in_time(ARM, BASE, np.zeros(7), np.zeros(6), swivel_rate=np.nan), InvalidValue, "swivel_rate"),
-    (lambda: line("luck"), InvalidValue, "method = 'luck'"),
+    (lambda: line("luck"), InvalidValue, "method = 'luck'"), (lambda: line(arm=3), InvalidType, "arm = 3"),
+    (lambda: line(dt=1e300), InvalidValue, "dt = 1e+300"), (lambda: line(dt=1e-300), InvalidValue, "dt = 1e-300"),
+    (lambda: line(speed=1e300), InvalidValue, "speed = 1e+300"), (lambda: line(speed=1.1), InvalidValue, "speed = 1.1"),
+    (lambda: line(speed=1e-300), InvalidValue, "speed = 1e-300"),
+    (lambda: line("whole body, good weights", n=0), InvalidValue, "n = 0"),
+    (lambda: line(length=1e300), InvalidValue, "length = 1e+300"),
 ])  # fmt: skip
 def test_bad_input_is_named(call, kind, says):
     with pytest.raises(kind) as raised:

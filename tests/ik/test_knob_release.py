@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tutorialbot.errors import InvalidValue
+from tutorialbot.errors import InvalidValue, TutorialbotError
 from tutorialbot.ik.base_sharing import MOUNT, tip_in_world
 from tutorialbot.ik.full_workspace import full_workspace, largest_opening, needed_reach, reach_at, volume_share
 from tutorialbot.ik.knob_release import DISTANCE, OFF, WAYS, release, stance
@@ -63,11 +63,36 @@ def test_a_door_short_of_its_hold_angle_is_not_held():
     (lambda: needed_reach(ARM, DOOR, 0.5, "firm"), "grasp = 'firm'"),
     (lambda: largest_opening(ARM, DOOR, 1.5), "share = 1.5"),
     (lambda: largest_opening(ARM, DOOR, 0.5, margins=(2.6,)), "margin = 2.6"),
+    (lambda: release("pseudo-inverse", n=0), "n = 0"), (lambda: stance(ARM, DOOR, 1.4, slant=math.nan), "slant = nan"),
+    (lambda: stance(ARM, DOOR, math.inf), "opening = inf"),
+    (lambda: release(speed=1e300), "speed = 1e+300"), (lambda: release(dt=1e300), "dt = 1e+300"),
+    (lambda: release(speed=1e-300), "speed = 1e-300"), (lambda: release(dt=1e-300), "dt = 1e-300"),
 ])  # fmt: skip
 def test_bad_input_is_named(call, says):
     with pytest.raises(InvalidValue) as raised:
         call()
     assert says in str(raised.value)
+
+
+NO_ROWS = (None, 1, ("a",), (), (np.nan,), (-1.0,), (1e9,))
+
+
+@pytest.mark.parametrize("argument", ["margins_deg", "shares"])
+@pytest.mark.parametrize("value", NO_ROWS, ids=repr)
+def test_rows_of_margins_and_shares_are_checked(argument, value):
+    with pytest.raises(TutorialbotError, match=f"^{argument} = "):
+        full_workspace(**{argument: value})
+
+
+def test_more_of_the_full_workspace_is_named():
+    for call, argument in (
+        (lambda: full_workspace("left"), "arm"), (lambda: full_workspace(door=3), "door"),
+        (lambda: largest_opening(ARM, DOOR, 0.5, margins=None), "margins"), (lambda: volume_share(3, 0.1), "arm"),
+        (lambda: needed_reach(ARM, DOOR, 0.5, step_deg=1e-300), "step_deg"),
+        (lambda: needed_reach(ARM, DOOR, np.nan), "share"),
+    ):  # fmt: skip
+        with pytest.raises(TutorialbotError, match=f"^{argument} = "):
+            call()
 
 
 def test_ways_of_letting_go_are_three():

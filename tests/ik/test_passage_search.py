@@ -1,9 +1,11 @@
 """The search for way points, the free motions between postures, and the door that is let go."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tutorialbot.errors import InvalidType
+from tutorialbot.errors import InvalidType, InvalidValue, TutorialbotError
 from tutorialbot.ik import passage_clearance as clearance
 from tutorialbot.ik.passage import run_passage
 from tutorialbot.ik.passage_closing import let_go, touching_angle
@@ -20,6 +22,7 @@ from tutorialbot.ik.passage_plan import (
     footprint,
     opening_paths,
     options,
+    spline_through,
     through_paths,
 )
 from tutorialbot.ik.passage_search import NoPlan, Plan, fitted, search, vary_opening, vary_through
@@ -195,6 +198,15 @@ def test_random_doors_are_passed_one_by_one():
         next(pass_random_doors([1000], searched="no"))
 
 
+@pytest.mark.parametrize(("value", "named"), [
+    (None, "seeds"), (1000, "seeds"), ("1000", "seeds"), ([1000, None], r"seeds\[1\]"), ([-1], r"seeds\[0\]"),
+    ([0.5], r"seeds\[0\]"),
+])  # fmt: skip
+def test_seeds_of_doors_are_checked_before_the_first(value, named):
+    with pytest.raises(TutorialbotError, match=f"^{named} = "):
+        next(pass_random_doors(value))
+
+
 @pytest.mark.full
 def test_at_least_90_of_100_random_doors_are_passed():
     results = list(pass_random_doors(range(100)))
@@ -208,3 +220,20 @@ def test_hand_legs_hold_the_knob_only_where_they_should():
     assert held[:5] == [[False], [True], [True], [True], [True, False]]
     assert not any(sum(held[5:], []))
     assert all(isinstance(leg, HandLeg) for phase in plan.phases[:5] for leg in phase.legs)
+
+
+TWICE = (0.47, -0.25)
+BAD_WAYS = {
+    "inside": [WayPoints().aside, (1e300, 0.0), (np.nan, 0.0)],
+    "around": [(TWICE, TWICE, (0.25, 0.28)), (WayPoints().wide, TWICE, (0.25, 0.28)), ((1e300, 0.0),) * 3],
+    "wide": [(1e200, 0.0), None], "little": [1e300, "x"], "pivots": [(1e300,) * 6], "hold": [(0.0, 0.0, 1e300)],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("argument", BAD_WAYS)
+def test_way_points_that_make_no_path_are_named(argument):
+    for value in BAD_WAYS[argument]:
+        with pytest.raises(TutorialbotError, match=f"^{argument} = "):
+            replace(WayPoints(), **{argument: value})
+    with pytest.raises(InvalidValue, match="^points = "):
+        spline_through(np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]), 5)

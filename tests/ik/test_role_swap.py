@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from tutorialbot.errors import InvalidType, InvalidValue
+from tutorialbot.errors import InvalidType, InvalidValue, TutorialbotError
 from tutorialbot.ik.role_swap import (
     F,
     Stance,
@@ -102,3 +102,42 @@ def test_bad_input_is_named(call, kind, says):
     with pytest.raises(kind) as raised:
         call()
     assert says in str(raised.value)
+
+
+@pytest.mark.parametrize("call", [
+    swap, body_poses, lambda stance: free_end_velocity(stance, np.zeros(6)), lambda stance: list(move(stance, F)),
+    lambda stance: is_at(stance, F), lambda stance: list(step_over(stance, F, F)),
+])  # fmt: skip
+def test_what_is_no_stance_is_named(call):
+    for stance in (None, "base", Q):
+        with pytest.raises(InvalidType, match="^stance = .*a Stance$"):
+            call(stance)
+
+
+BAD_MOVES = {
+    "speed": (-1.0, 1e-300, 1e300, np.nan, "x"), "dt": (0.0, 1e-300, 1e300, np.nan, "x"), "gain": (-1.0, None),
+    "patience": (0.0, 1e300, np.nan, None), "near": (0.0, np.nan, "x"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("argument", BAD_MOVES)
+def test_motions_without_end_are_named(argument):
+    stance = Stance(ARM, F, Q)
+    for value in BAD_MOVES[argument]:
+        with pytest.raises(TutorialbotError, match=f"^{argument} = "):
+            next(move(stance, F, **{argument: value}))
+
+
+def test_poses_are_asked_for_before_anything_moves():
+    stance = Stance(ARM, F, Q)
+    for call, argument in (
+        (lambda: is_at(stance, None), "target"), (lambda: is_at(stance, F, 0.0), "near"),
+        (lambda: next(step_over(stance, None, F)), "fixture"), (lambda: next(step_over(stance, F, "down")), "rest"),
+    ):  # fmt: skip
+        with pytest.raises(TutorialbotError, match=f"^{argument} = "):
+            call()
+
+
+def test_who_is_there_already_has_no_way_to_go():
+    stance = Stance(ARM, F, Q)
+    assert all(is_at(one, stance.free_end) for one in move(stance, stance.free_end))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tutorialbot.errors import InvalidType, InvalidValue
+from tutorialbot.errors import InvalidType, InvalidValue, TutorialbotError
 from tutorialbot.ik import srs
 from tutorialbot.ik.singularity_consistent import SphericalArm
 
@@ -104,3 +104,21 @@ def test_bad_input_is_named(change, error, named):
 def test_swivel_refuses_what_is_no_posture():
     with pytest.raises(InvalidValue, match="q"):
         srs.swivel(ARM, np.zeros(6))
+
+
+@pytest.mark.parametrize("call", [srs.within, srs.chain, srs.swivel])
+@pytest.mark.parametrize("q", [np.zeros(6), np.zeros((7, 2)), np.full(7, np.nan), "arm", None, 3.0], ids=repr)
+def test_what_is_no_posture_is_named(call, q):
+    with pytest.raises(TutorialbotError, match="^q = "):
+        call(ARM, q)
+    with pytest.raises(InvalidType, match="^arm = "):
+        call("left", np.zeros(7))
+
+
+def test_many_postures_at_once_and_lists_of_them():
+    q = postures(12).reshape(3, 4, 7)
+    assert srs.within(ARM, q).shape == (3, 4) and srs.within(ARM, q).all()
+    assert srs.within(ARM, q.tolist(), 3.0).sum() == 0
+    assert srs.chain(ARM, q.tolist())[0].shape == (3, 4, 5, 3)
+    with pytest.raises(TutorialbotError, match="^margin = "):
+        srs.within(ARM, q, np.nan)

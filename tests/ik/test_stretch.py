@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from tutorialbot.errors import InvalidValue
+from tutorialbot.errors import InvalidValue, TutorialbotError
 from tutorialbot.ik import singular_peers as peers
 from tutorialbot.ik.phase_portrait import eigenvalue, line_portrait, portrait, rates, trace
 from tutorialbot.ik.singularity_consistent import SphericalArm, elbow_peak_rate
 from tutorialbot.ik.stretch import duration, follow, in_time, place_in_time, singularity_consistent, solvers, table
-from tutorialbot.ik.stretch_paths import arc, classify, five_paths, radial, references, release, start
+from tutorialbot.ik.stretch_paths import StretchPath, arc, classify, five_paths, radial, references, release, start
 from tutorialbot.seeding import make_rng
 
 ARM = SphericalArm()
@@ -182,6 +182,85 @@ def test_bad_input_is_named(call, says):
     with pytest.raises(InvalidValue) as raised:
         call()
     assert says in str(raised.value)
+
+
+STRAIGHT = {"name": "x", "kind": "line", "start": (0.5, 0.0), "heading": (1.0, 0.0), "length": 0.1}
+BAD_PATHS = [
+    (radial, "beyond", ("2", -1.0, math.nan)), (radial, "run_up", (None, 0.0, math.inf)), (radial, "arm", (None,)),
+    (release, "beyond", (-1, "1", math.nan, 1e300)), (release, "slant", (2.0, math.nan, "steep")),
+    (release, "run_up", (-0.1, 0.0, 1.0, math.nan, None)), (release, "arm", ("left",)),
+    (arc, "run_up", (-0.25, 0.0, 9.0, math.nan, "x")), (arc, "margin", (math.nan, None, 1e300)), (arc, "arm", (3,)),
+]  # fmt: skip
+BAD_PARTS = {
+    "start": ((math.nan, 0.0), (1.0,), "here"), "heading": ((math.nan, 0.0), (1.0, 1.0), None), "name": (3,),
+    "radius": (math.nan, -1.0, "x"), "length": (math.nan, 0.0), "returns": (1,), "kind": ("spiral",),
+}  # fmt: skip
+
+
+def refused(argument):
+    return pytest.raises(TutorialbotError, match=f"^{argument} = ")
+
+
+@pytest.mark.parametrize(("make", "argument", "values"), BAD_PATHS)
+def test_what_makes_no_path_is_named(make, argument, values):
+    for value in values:
+        with refused(argument):
+            make(**{"arm": ARM, argument: value})
+
+
+@pytest.mark.parametrize("argument", BAD_PARTS)
+def test_parts_that_make_no_path_are_named(argument):
+    for value in BAD_PARTS[argument]:
+        with refused(argument):
+            StretchPath(**STRAIGHT | {argument: value})
+    with refused("radius"):
+        StretchPath(**STRAIGHT | {"kind": "arc"})
+
+
+PLANE = {
+    "speed": (-1.0, 0.0, 1e-300, 1e300, math.nan, None), "q4_range": (0.0, 3.2, math.nan, "x"), "n": (0, 1.5),
+    "s_range": (-0.1, 0.0, 2.0, math.nan, "x"), "points": (0, 1, 2.5, 10**9), "arm": (None,),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("argument", PLANE)
+def test_what_makes_no_plane_is_named(argument):
+    for value in PLANE[argument]:
+        for make in (portrait, line_portrait):
+            with refused(argument):
+                make(**{"arm": ARM, "points": 5, argument: value})
+    for margins in (None, ("a",), (math.nan,)):
+        with refused("margins"):
+            portrait(ARM, margins=margins)
+
+
+STEPS = {
+    "speed": (-1.0, 1e-300, 1e300, math.nan, "x"), "dt": (0.0, 1e-300, 1e300, math.nan, "x"),
+    "patience": (0.0, -1.0, 1e300, math.nan, None), "path": (None,), "arm": (None,),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("argument", STEPS)
+def test_steps_without_end_and_none_are_named(argument):
+    good = {"arm": ARM, "path": radial(ARM)}
+    for value in STEPS[argument]:
+        with refused(argument):
+            trace(**good | {argument: value})
+        with refused(argument):
+            follow(**good | {"solver": singularity_consistent(2), argument: value})
+
+
+def test_more_that_is_no_line_is_named():
+    with refused("zero"):
+        trace(ARM, radial(ARM), zero="x")
+    with refused("path"):
+        trace(ARM, arc(ARM, -0.2))
+    with refused("solver"):
+        follow(ARM, radial(ARM), None)
+    with refused("gain"):
+        run(radial(ARM), gain=math.nan)
+    with refused("tolerance"):
+        classify(ARM, radial(ARM), math.nan)
 
 
 def test_a_joint_limit_ends_a_path_with_its_name():

@@ -6,7 +6,7 @@ import pinocchio as pin
 import pytest
 
 from tests.scene.door_motions import PERIOD, START, Motion, chain, pull, reach, then_stay
-from tutorialbot.errors import InvalidType
+from tutorialbot.errors import InvalidType, TutorialbotError
 from tutorialbot.scene import home_robot, omni
 from tutorialbot.scene.closing_door import ClosingDoor
 from tutorialbot.scene.passage_world import Replay, configuration, replay, world
@@ -226,7 +226,13 @@ def test_sparse_samples_are_joined_by_lines(pulled):
 
 
 BAD = {
-    "times": [np.zeros(3), np.array([0.0, 2.0, 1.0]), np.array([0.0, np.nan, 1.0]), np.array([0.0])],
+    "times": [
+        np.zeros(3),
+        np.array([0.0, 2.0, 1.0]),
+        np.array([0.0, np.nan, 1.0]),
+        np.array([0.0]),
+        np.array([0.0, 1.0, 1e12]),
+    ],
     "base": [np.zeros((2, 3)), np.full((3, 3), np.inf), "base"],
     "q": [np.zeros((3, 6)), None],
     "grasped": [np.zeros(3), np.zeros(2, bool), [[True]]],
@@ -249,6 +255,27 @@ def test_other_bad_arguments_are_named():
         world(DOOR, wall_opacity=2.0)
     with pytest.raises(InvalidType, match="fixtures"):
         world(DOOR, fixtures=[np.eye(4)])
+    with pytest.raises(InvalidType, match="^seen = 'x'"):
+        world(DOOR, seen="x")
+
+
+BAD_CONFIGURATIONS = {
+    "model": [None, "world"], "door": [None, 3],
+    "base": [np.zeros(2), np.zeros((2, 3)), [0.0, np.nan, 0.0], "here", None],
+    "q": [np.zeros(6), np.zeros((2, 7)), np.full(7, np.inf), None], "angle": [np.zeros(2), np.nan, "open", None],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("argument", BAD_CONFIGURATIONS)
+def test_what_is_no_configuration_is_named(argument):
+    good = {"model": world(DOOR, seen=False), "door": DOOR, "base": np.zeros(3), "q": np.zeros(7), "angle": 0.1}
+    assert configuration(**good).ndim == 1
+    for value in BAD_CONFIGURATIONS[argument]:
+        named = "base" if np.shape(value) == (2,) else argument  # two angles: then it is the base that does not fit
+        with pytest.raises(TutorialbotError, match=f"^{named} = "):
+            configuration(**good | {argument: value})
+    with pytest.raises(TutorialbotError, match="^model = "):
+        configuration(**good | {"model": home_robot.robot_spec().compile()})
 
 
 def test_a_configuration_puts_every_joint_in_its_place(pulled):

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import InvalidValue, finite_number, one_of, positive
+from tutorialbot.errors import InvalidValue, finite_array, finite_number, one_of
 from tutorialbot.ik.base_sharing import MOUNT, Shares, base_centre_velocity
 from tutorialbot.ik.singularity_consistent import SphericalArm, check_arm
 from tutorialbot.scene.closing_door import ClosingDoor, check_closing_door
 
 START = (0.98, -0.62)  # the base before the closed door [m]
 GRASPS = ("rigid", "pivoting")  # the hand turns with the door, or the knob turns in the hand
-LARGEST_DEG = 90.0
+LARGEST_DEG, FINEST_DEG = 90.0, 1e-3  # how far the door is opened at most; the least step
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def reach_at(arm: SphericalArm, q4: float) -> float:
 
 def volume_share(arm: SphericalArm, margin: float) -> float:
     """Return the share of the wrist's space, a shell about the shoulder, where |q4| >= margin [rad]."""
-    margin = finite_number("margin", margin, 0.0, arm.limits[3])
+    margin = finite_number("margin", margin, 0.0, check_arm(arm).limits[3])
     inner = reach_at(arm, arm.limits[3]) ** 3
     return (reach_at(arm, margin) ** 3 - inner) / (arm.reach**3 - inner)
 
@@ -53,7 +53,8 @@ def needed_reach(
 
     The base takes `share` of the knob's motion along x and y, and half as much of its turn: eq (4).
     """
-    one_of("grasp", grasp, GRASPS), check_arm(arm), check_closing_door(door), positive("step_deg", step_deg)
+    one_of("grasp", grasp, GRASPS), check_arm(arm), check_closing_door(door)
+    finite_number("share", share, 0.0, 1.0), finite_number("step_deg", step_deg, FINEST_DEG, LARGEST_DEG)
     shares = Shares(share, share, 0.5 * share).matrix
     angles = np.deg2rad(np.arange(0.0, LARGEST_DEG + 0.5 * step_deg, step_deg))
     base, far, before = np.array([*START, 0.0]), [], _hand(door, 0.0, grasp)
@@ -79,7 +80,7 @@ def largest_opening(
     """
     angles, far = needed_reach(arm, door, finite_number("share", share, 0.0, 1.0), grasp)
     found = []
-    for margin in margins:
+    for margin in finite_array("margins", margins, (-1,)).tolist():
         beyond = far > reach_at(arm, finite_number("margin", margin, 0.0, arm.limits[3]))
         if beyond[0]:
             raise InvalidValue("margin", margin, f"one with which the hand reaches the knob from {START}")
@@ -91,9 +92,23 @@ def full_workspace(
     arm: SphericalArm | None = None, door: ClosingDoor | None = None, *,
     margins_deg: tuple = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0), shares: tuple = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0),
 ) -> FullWorkspace:  # fmt: skip
-    """Return the figure's data: space and door angle over the margin, and over the base's share."""
+    """Return the figure's data: space and door angle over the margin, and over the base's share.
+
+    margins_deg (m,): from 0 to the elbow's limit; shares (k,): from 0 to 1. Raises InvalidType or InvalidValue for
+    others, and for a margin with which the hand does not even reach the knob.
+    """
     arm, door = SphericalArm() if arm is None else arm, ClosingDoor() if door is None else door
-    margins = np.deg2rad(margins_deg)
+    check_arm(arm), check_closing_door(door)
+    shares = _row("shares", shares, 1.0).tolist()
+    margins = np.deg2rad(_row("margins_deg", margins_deg, math.degrees(arm.limits[3])))
     opening = [[largest_opening(arm, door, k, grasp, margins.tolist()) for k in shares] for grasp in GRASPS]
     volume = np.array([volume_share(arm, m) for m in margins.tolist()])
     return FullWorkspace(margins, volume, np.array(shares), np.array(opening))
+
+
+def _row(name: str, value: tuple, high: float) -> np.ndarray:
+    """Return numbers (m,) from 0 to `high`, one at least, or raise."""
+    row = finite_array(name, value, (-1,))
+    if not len(row) or row.min() < 0.0 or row.max() > high:
+        raise InvalidValue(name, value, f"one or more numbers from 0 to {high:g}")
+    return row

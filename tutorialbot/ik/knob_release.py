@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import InvalidValue, finite_number, one_of, positive
+from tutorialbot.errors import InvalidValue, finite_number, one_of, positive, step_count, whole_number
 from tutorialbot.ik import srs
 from tutorialbot.ik.base_sharing import MOUNT, Shares, anchor, share_in_time, tip_in_world
 from tutorialbot.ik.singular_peers import pseudo_inverse
-from tutorialbot.ik.singularity_consistent import SphericalArm, check_arm
+from tutorialbot.ik.singularity_consistent import MOST, SphericalArm, check_arm
 from tutorialbot.scene.closing_door import ClosingDoor, check_closing_door
 
 HOLD_DEG, OPENING_DEG = 75.0, 80.0  # the closer's hold angle, and where the door stands
@@ -74,7 +74,8 @@ def stance(
     The wrist is `distance` [m] from the shoulder, and that line encloses `slant` [rad] with the way off the knob.
     Raises InvalidValue when the base cannot stand so, or no joint angles within the limits reach the knob from there.
     """
-    tip = door.knob_frame(opening)
+    check_arm(arm), check_closing_door(door), finite_number("slant", slant)
+    tip = door.knob_frame(finite_number("opening", opening))
     wrist = tip.translation - arm.tip_offset * tip.rotation[:, 2]
     rise = (wrist[2] - MOUNT - arm.base_offset) / positive("distance", distance)
     off, along = -tip.rotation[:, 2], tip.rotation[:, 1]
@@ -106,17 +107,19 @@ def release(
     """Let go of the knob in one of WAYS, the hand at `speed` [m/s], and record every step of dt [s].
 
     door: by default one that stays open beyond 75 degrees. It ends when the hand is OFF from the knob or at the knob
-    again, or after twice the time that the way takes.
+    again, or after twice the time that the way takes. Raises InvalidType or InvalidValue that names the argument, also
+    for more than a million steps.
     """
     arm = SphericalArm() if arm is None else arm
     door = ClosingDoor(hold_angle=math.radians(HOLD_DEG)) if door is None else door
-    check_arm(arm), check_closing_door(door), finite_number("gain", gain, 0.0)
+    check_arm(arm), check_closing_door(door), finite_number("gain", gain, 0.0), whole_number("n", n, 1, MOST)
     one_of("way", way, WAYS), positive("speed", speed), positive("dt", dt)
+    count = round(step_count(2.0 * OFF / speed, speed, dt))
     opening = math.radians(finite_number("opening_deg", opening_deg, 0.0, 120.0))
     base, q = stance(arm, door, opening, distance)
     knob = tip_in_world(arm, base, q)
     off, rows, s = -knob.rotation[:, 2], [], 0.0
-    for step in range(round(2.0 * OFF / speed / dt)):
+    for step in range(count):
         here = tip_in_world(arm, base, q)
         lag, turn = knob.translation + s * off - here.translation, pin.log3(knob.rotation @ here.rotation.T)
         wanted = np.concatenate([speed * off, np.zeros(3)])

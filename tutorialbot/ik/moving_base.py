@@ -15,16 +15,17 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import finite_number, one_of, positive
+from tutorialbot.errors import InvalidValue, finite_number, one_of, positive, step_count, whole_number
 from tutorialbot.ik.base_sharing import Shares, anchor, share, share_in_time, tip_in_world, tip_velocity_by_base
-from tutorialbot.ik.singularity_consistent import SphericalArm
+from tutorialbot.ik.singularity_consistent import MOST, SphericalArm, check_arm
 
 METHODS = ("fixed split", "base inside", "whole body, good weights", "whole body, poor weights")
 WEIGHTS = {"whole body, good weights": 1.0, "whole body, poor weights": 30.0}  # of the base's rates, against the arm's
 DAMPING = 0.02
 START = (0.0, 0.9, 0.0, 0.9, 0.0, 0.9, 0.0)  # elbow bent, gripper tilted down
 SHARE = 0.3  # of the line that eq (4) leaves to the base
-REST = 0.5  # seconds at the end, to catch up
+RAMP, REST = 0.5, 0.5  # seconds to and from full speed; at the end, to catch up
+LONGEST = 100.0  # a line [m]
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Line:
         return float(np.linalg.norm(change, axis=1).max() / (step * (self.times[1] - self.times[0])))
 
 
-def place(t: float, length: float, speed: float, ramp: float = 0.5) -> tuple[float, float]:
+def place(t: float, length: float, speed: float, ramp: float = RAMP) -> tuple[float, float]:
     """Return way [m] and speed [m/s] at t [s]: there and back, `speed` between smooth ramps of so many seconds."""
     half = length / speed + ramp
     if t > half:
@@ -74,13 +75,19 @@ def line(
     method: str = "base inside", *, arm: SphericalArm | None = None, n: int = 2, speed: float = 0.2,
     length: float = 0.5, share_of_base: float = SHARE, gain: float = 10.0, dt: float = 2e-3,
 ) -> Line:  # fmt: skip
-    """Run the tip `length` [m] forward and back at `speed` [m/s] by one of METHODS; its orientation stays."""
-    one_of("method", method, METHODS), positive("length", length), positive("speed", speed), positive("dt", dt)
-    finite_number("gain", gain, 0.0)
+    """Run the tip `length` [m] forward and back at `speed` [m/s] by one of METHODS; its orientation stays.
+
+    Raises InvalidType or InvalidValue that names the argument, also for a speed that is not reached within the ramps,
+    and for more than a million steps.
+    """
+    one_of("method", method, METHODS), positive("speed", speed), positive("dt", dt), finite_number("gain", gain, 0.0)
+    if finite_number("length", length, 0.0, LONGEST, above=True) < (1.0 - 1e-9) * speed * RAMP:
+        raise InvalidValue("speed", speed, f"at most {length / RAMP:g} m/s: ramps of {RAMP} s on {length:g} m")
+    steps = round(step_count(2.0 * (length / speed + RAMP) + REST, speed, dt))
     arm, shares = SphericalArm() if arm is None else arm, Shares(share_of_base, share_of_base, 0.0)
+    check_arm(arm), whole_number("n", n, 1, MOST)
     base, q, rows = np.zeros(3), np.array(START), []
     begin = tip_in_world(arm, base, q)
-    steps = round((2.0 * (length / speed + 0.5) + REST) / dt)
     for step in range(steps):
         way, rate = place(step * dt, length, speed)
         here = tip_in_world(arm, base, q)

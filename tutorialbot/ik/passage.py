@@ -37,7 +37,11 @@ AGREE = 3.0 * DEG  # of the door's angle in MuJoCo with the kinematic one
 
 @dataclass(frozen=True)
 class Failure:
-    """Where a passage ended: the phase, the guard (or "exit") that failed, and its margin, < 0 [m, rad or rad/s]."""
+    """Where a passage ended: the phase, the guard (or "exit") that failed, and its margin, < 0 [m, rad or rad/s].
+
+    margin: -1 also stands for "no margin known", where there is no free motion, and for a replay that failed. Of a
+    bump in MuJoCo it is -force [N].
+    """
 
     phase: str
     guard: str
@@ -68,10 +72,11 @@ class Passage:
 
     phases: names in the order in which they were begun; times (n,) [s]; base (n, 3) x, y, yaw; q, joint_rates (n, 7);
     door_angle (n,) (measured, when it was played in MuJoCo, else as planned); grasped (n,): the hand holds the knob;
-    phase (n,): number in `phases`; scale (n,): b; min_clearance [m]: base and arm from frame and door, holding pads
-    apart; max_tip_error [m]; reports: one for each phase; failure: None when passed; tries: with how many sets of way
-    points; looked_at: how many the search for them looked at; way: the last of them; replay: MuJoCo's answer, None
-    without; angle_gap [rad]: how far its door was from the planned angle, up to (h).
+    phase (n,): number in `phases`; scale (n,): b; min_clearance [m]: base and arm from frame and door; apart, where the
+    door is concerned: the base's rim while it leans, palm and jaws of a hand that takes, holds or leaves something;
+    max_tip_error [m]; reports: one for each phase; failure: None when passed; tries: with how many sets of way points;
+    looked_at: how many the search for them looked at; way: the last of them; replay: MuJoCo's answer, None without;
+    angle_gap [rad]: how far its door was from the planned angle, up to (h).
     """
 
     door: ClosingDoor

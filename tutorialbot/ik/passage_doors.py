@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tutorialbot.errors import InvalidType
+from tutorialbot.errors import InvalidType, whole_number
 from tutorialbot.ik.passage import Failure, Passage, run_passage, run_with
 from tutorialbot.ik.passage_plan import WayPoints
 from tutorialbot.runs import progress
@@ -37,11 +37,15 @@ def pass_random_doors(
     """Yield a result for each seed of `ClosingDoor.random`, with a progress bar; arguments as in `run_passage`.
 
     searched=False: the usual door's way points as they are, for comparison: those in the doorway are not fitted to the
-    door's width, and none are searched for.
+    door's width, and none are searched for. Raises InvalidType or InvalidValue for seeds that are no whole
+    numbers >= 0.
     """
+    if isinstance(seeds, str | bytes) or not isinstance(seeds, Iterable):
+        raise InvalidType("seeds", seeds, "whole numbers, one for each door")
     if not isinstance(searched, bool):
         raise InvalidType("searched", searched, "True or False")
-    for seed in progress(list(seeds), description="doors"):
+    seeds = [whole_number(f"seeds[{i}]", seed) for i, seed in enumerate(seeds)]
+    for seed in progress(seeds, description="doors"):
         door = ClosingDoor.random(seed)
         if searched:
             passage = run_passage(door, opening_deg=opening_deg, dynamics=dynamics, seed=seed)

@@ -33,6 +33,8 @@ REGULAR = 0.12  # |sin q2| and |sin q6|: away from the singularities of shoulder
 SMOOTH = 0.5  # the most that a joint may go between two samples [rad]: more is a singularity passed closely
 OFF = 0.12  # the base's first bit of way after it has leaned on the door [m]
 SAMPLES = 13  # of a leg
+FARTHEST, MOST_TURNED = 1e3, 1e3  # that a way point may be from what it is given from [m]; an angle [rad]
+SAME = 1e-6  # nearer points are one and the same [m]
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,8 @@ class WayPoints:
     leaves it; pivots: turn of the hand about the knob at the start, after (b), at `wide`, at each point of `around`;
     hold: where the hand holds the panel from behind, along beyond the edge (negative), height, turn; aside, inside,
     through: base, in the world, on the way to the doorway, in it at the end of (g), behind it at the end of (h);
-    nearly: door angle at the end of (h).
+    nearly: door angle at the end of (h). Raises InvalidType or InvalidValue for what is no such number or pair, lengths
+    beyond a kilometre, and two points in a row of `wide` and `around`, or of `aside` and `inside`, that are the same.
     """
 
     start: tuple[float, float] = (0.13, -0.62)
@@ -62,14 +65,28 @@ class WayPoints:
 
     def __post_init__(self):
         for name in ("start", "wide", "aside", "inside", "through"):
-            finite_array(name, getattr(self, name), (2,))
+            _near(name, getattr(self, name), (2,))
         for name in ("little", "lean", "off", "nearly"):
-            finite_number(name, getattr(self, name))
-        finite_array("hold", self.hold, (3,))
-        around = finite_array("around", self.around, (-1, 2))
+            finite_number(name, getattr(self, name), -MOST_TURNED, MOST_TURNED)
+        _near("hold", self.hold, (3,))
+        around = _near("around", self.around, (-1, 2))
         if not len(around):
             raise InvalidValue("around", self.around, "at least one point")
-        finite_array("pivots", self.pivots, (len(around) + 3,))
+        _near("pivots", self.pivots, (len(around) + 3,), MOST_TURNED)
+        _apart("around", self.around, np.vstack([self.wide, around]), "wide")
+        _apart("inside", self.inside, np.array([self.aside, self.inside]), "aside")
+
+
+def _near(name: str, value, shape: tuple[int, ...], most: float = FARTHEST) -> np.ndarray:
+    array = finite_array(name, value, shape)
+    if np.abs(array).max(initial=0.0) > most:
+        raise InvalidValue(name, value, f"numbers from {-most:g} to {most:g}")
+    return array
+
+
+def _apart(name: str, value, points: np.ndarray, before: str) -> None:
+    if np.hypot(*np.diff(points, axis=0).T).min() < SAME:
+        raise InvalidValue(name, value, f"no point twice in a row, counted from {before} = {tuple(points[0].tolist())}")
 
 
 @dataclass(frozen=True)
@@ -171,8 +188,13 @@ def to_world(points: np.ndarray, theta) -> np.ndarray:
 
 
 def spline_through(points: np.ndarray, count: int) -> np.ndarray:
-    """Return `count` samples of a cubic spline through `points` (k, ...), as far apart in s as in the plane."""
+    """Return `count` samples of a cubic spline through `points` (k, ...), as far apart in s as in the plane.
+
+    Raises InvalidValue for two points in a row that are one and the same.
+    """
     length = np.r_[0.0, np.cumsum(np.hypot(*np.diff(points[:, :2], axis=0).T))]
+    if np.diff(length).min() < SAME:
+        raise InvalidValue("points", points.tolist(), "no point twice in a row")
     return CubicSpline(length / length[-1], points)(np.linspace(0.0, 1.0, count))
 
 

@@ -18,11 +18,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tutorialbot.errors import positive
-from tutorialbot.ik.singularity_consistent import SphericalArm, time_scale
-from tutorialbot.ik.stretch_paths import StretchPath, arc, classify, radial
+from tutorialbot.errors import finite_array, finite_number, positive, step_count, whole_number
+from tutorialbot.ik.singularity_consistent import SphericalArm, check_arm, time_scale
+from tutorialbot.ik.stretch_paths import StretchPath, arc, classify, first_elbow, radial
 
 MARGINS = (0.005, 0.0, -0.005)  # [m] inside the edge: passes, stalls, reflects
+MOST_POINTS = 1000  # to a side of the plane
+MOST_PATIENCE = 1000.0  # of a path's own duration
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,7 @@ def rates(arm: SphericalArm, path: StretchPath, q4: float, s: float, speed: floa
 
 def eigenvalue(arm: SphericalArm, radius: float, speed: float = 0.1, n: int = 2) -> float:
     """Return the saddle's eigenvalue [1/s] for an arc of `radius` [m] that touches the edge from inside."""
+    check_arm(arm)
     c = 1.0 / positive("radius", radius) - 1.0 / arm.reach
     bend = max(0.0, c) * (1.0 / arm.upper + 1.0 / arm.lower)
     return time_scale(0.0, n)[1] * positive("speed", speed) * math.sqrt(bend)
@@ -71,7 +74,14 @@ def portrait(
     arm: SphericalArm, *, n: int = 2, speed: float = 0.1, radius: float = 0.45, margins: tuple = MARGINS,
     q4_range: float = 0.7, s_range: float = 0.15, points: int = 25,
 ) -> PhasePortrait:  # fmt: skip
-    """Return the plane for arcs of `radius` [m] with these margins [m] inside the edge, around the touching one."""
+    """Return the plane for arcs of `radius` [m] with these margins [m] inside the edge, around the touching one.
+
+    speed [m/s]; q4_range [rad], s_range [m]: to both sides of zero; points: to a side. Raises InvalidType or
+    InvalidValue that names the argument.
+    """
+    check_arm(arm), _check_plane(speed, q4_range, points)
+    finite_number("s_range", s_range, 0.0, math.pi * positive("radius", radius), above=True)
+    margins = finite_array("margins", margins, (-1,)).tolist()
     arcs = [arc(arm, margin, radius, s_range) for margin in margins]
     return _portrait(arm, arc(arm, 0.0, radius, s_range), arcs, n, speed, (q4_range, s_range, points), radius)
 
@@ -79,9 +89,19 @@ def portrait(
 def line_portrait(
     arm: SphericalArm, *, n: int = 2, speed: float = 0.1, q4_range: float = 0.7, s_range: float = 0.05, points: int = 25
 ) -> PhasePortrait:
-    """Return the plane for the straight line out of the workspace: no saddle, every path reflects."""
+    """Return the plane for the straight line out of the workspace: no saddle, every path reflects.
+
+    Arguments and errors as in `portrait`; s_range is less than the arm's reach.
+    """
+    check_arm(arm), _check_plane(speed, q4_range, points)
+    finite_number("s_range", s_range, 0.0, math.nextafter(arm.reach, 0.0), above=True)
     path = radial(arm, beyond=s_range, run_up=s_range)
     return _portrait(arm, path, [path], n, speed, (q4_range, s_range, points), math.inf)
+
+
+def _check_plane(speed: float, q4_range: float, points: int) -> None:
+    positive("speed", speed), whole_number("points", points, 2, MOST_POINTS)
+    finite_number("q4_range", q4_range, 0.0, math.nextafter(math.pi, 0.0), above=True)
 
 
 def _portrait(arm, middle, paths, n, speed, size, radius) -> PhasePortrait:
@@ -98,15 +118,20 @@ def trace(
     arm: SphericalArm, path: StretchPath, *, speed: float = 0.1, n: int = 2, zero: float = 0.0, dt: float = 2e-3,
     patience: float = 2.5,
 ) -> PhasePath:  # fmt: skip
-    """Return the path's line in the plane, by Runge-Kutta steps of dt [s], until it leaves the path or time is up."""
-    r = float(path.distance(0.0)[0])
-    q4 = math.acos((r * r - arm.upper**2 - arm.lower**2) / (2.0 * arm.upper * arm.lower))
-    here, rows = np.array([q4, 0.0]), []
+    """Return the path's line in the plane, by Runge-Kutta steps of dt [s], until it leaves the path or time is up.
+
+    speed [m/s]; patience: how many times the path's own duration it may take; zero [m]: where s is counted from. Raises
+    InvalidType or InvalidValue that names the argument, also for more than a million steps.
+    """
+    here, rows = np.array([first_elbow(arm, path), 0.0]), []
+    positive("speed", speed), positive("dt", dt), finite_number("zero", zero)
+    finite_number("patience", patience, 0.0, MOST_PATIENCE, above=True)
+    count = round(step_count(patience * path.length / speed, speed, dt))
 
     def slope(x: np.ndarray) -> np.ndarray:
         return np.array(rates(arm, path, float(x[0]), float(x[1]), speed, n))
 
-    for step in range(round(patience * path.length / speed / dt)):
+    for step in range(count):
         rows.append((step * dt, here[0], here[1] - zero))
         one = slope(here)
         two = slope(here + 0.5 * dt * one)

@@ -16,13 +16,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import InvalidValue, finite_array, finite_number, one_of, positive
+from tutorialbot.errors import InvalidType, InvalidValue, finite_array, finite_number, one_of, positive, step_count
 from tutorialbot.ik import srs
 from tutorialbot.ik.singularity_consistent import SphericalArm, Velocity, check_arm
 from tutorialbot.pose import check_pose, interpolate
 
 F = pin.SE3(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
 ENDS = ("base", "tip")
+FASTEST, MOST_PATIENCE = 100.0, 1000.0  # of a motion [m/s]; of its own duration
 
 
 @dataclass(frozen=True)
@@ -64,9 +65,16 @@ def check_symmetric(arm: SphericalArm) -> SphericalArm:
     return arm
 
 
+def check_stance(stance: Stance) -> Stance:
+    """Return the stance, or raise InvalidType."""
+    if not isinstance(stance, Stance):
+        raise InvalidType("stance", stance, "a Stance")
+    return stance
+
+
 def swap(stance: Stance) -> Stance:
     """Return the same posture, anchored at the end that was free; no body moves."""
-    other = ENDS[1 - ENDS.index(stance.anchor)]
+    other = ENDS[1 - ENDS.index(check_stance(stance).anchor)]
     return Stance(stance.arm, stance.free_end * F, stance.q[::-1].copy(), other)
 
 
@@ -75,7 +83,7 @@ def body_poses(stance: Stance) -> list[pin.SE3]:
 
     The first is the base's end, body i the one that joint i moves, at joint i; the last is thus the tip's end.
     """
-    arm, rises = stance.arm, _rises(stance.arm)
+    arm, rises = check_stance(stance).arm, _rises(stance.arm)
     pin.forwardKinematics(arm.model, arm.data, stance.q)
     placed = [stance.fixture] + [stance.fixture * arm.data.oMi[i] for i in range(1, 8)]
     if stance.anchor == "base":
@@ -92,7 +100,7 @@ def _rises(arm: SphericalArm) -> tuple[float, ...]:
 
 def free_end_velocity(stance: Stance, twist: np.ndarray, n: int = 2, swivel_rate: float = 0.0) -> Velocity:
     """Return the joint rates, counted from the anchored end, for a twist (6,) of the free end in the world's axes."""
-    twist, turn = finite_array("twist", twist, (6,)), stance.fixture.rotation.T
+    twist, turn = finite_array("twist", twist, (6,)), check_stance(stance).fixture.rotation.T
     there = np.concatenate([turn @ twist[:3], turn @ twist[3:]])
     return stance.arm.joint_velocity(stance.q, there, n, swivel_rate)
 
@@ -105,13 +113,16 @@ def move(
 
     speed [m/s, and rad/s times 0.3 m]; it ends within `near` [m, rad]. It also ends, short of the target, before a
     joint's limit, and after `patience` times the way's duration, when the target is out of reach: see `is_at`.
+    Raises InvalidType or InvalidValue that names the argument, also for more than a million steps.
     """
-    begin, there = stance.free_end, check_pose("target", target)
+    begin, there = check_stance(stance).free_end, check_pose("target", target)
     turn = float(np.linalg.norm(pin.log3(begin.rotation.T @ there.rotation)))
     way = max(float(np.linalg.norm(there.translation - begin.translation)), 0.3 * turn, 1e-9)
-    positive("dt", dt), positive("near", near), positive("patience", patience), finite_number("gain", gain, 0.0)
-    duration, s = way / positive("speed", speed), 0.0
-    for _ in range(math.ceil(patience * duration / dt)):
+    finite_number("speed", speed, 0.0, FASTEST, above=True), finite_number("dt", dt, 0.0, 1.0, above=True)
+    positive("near", near), finite_number("patience", patience, 0.0, MOST_PATIENCE, above=True)
+    finite_number("gain", gain, 0.0)
+    duration, s = way / speed, 0.0
+    for _ in range(math.ceil(step_count(patience * duration, speed, dt, least=0.0))):
         wanted, ahead = interpolate(begin, there, min(s, 1.0)), interpolate(begin, there, min(s + 1e-3, 1.0))
         here = stance.free_end
         feed = _twist(wanted, ahead) / (1e-3 * duration) if s < 1.0 else np.zeros(6)
@@ -129,7 +140,11 @@ def move(
 
 
 def is_at(stance: Stance, target: pin.SE3, near: float = 1e-4) -> bool:
-    """Whether the free end is within `near` [m, rad] of a pose in the world."""
+    """Whether the free end is within `near` [m, rad] of a pose in the world.
+
+    Raises InvalidType or InvalidValue for what is no Stance, no pose or no number > 0.
+    """
+    check_stance(stance), check_pose("target", target), positive("near", near)
     return bool(np.abs(_twist(stance.free_end, target)).max() < near)
 
 
@@ -142,8 +157,9 @@ def step_over(stance: Stance, fixture: pin.SE3, rest: pin.SE3, **options: float)
     their roles, and the end that is free now goes to `rest`. It ends without that where the fixture is not reached.
 
     fixture: as `Stance.fixture`, z into the arm, so away from the wall; rest: where the other end goes, z out of the
-    arm; both in the world. options: as in `move`.
+    arm; both in the world. options: as in `move`. Raises InvalidType or InvalidValue that names the argument.
     """
+    check_stance(stance), check_pose("fixture", fixture), check_pose("rest", rest)
     for stance in move(stance, fixture * F, **options):  # noqa: B020 - the last one is swapped
         yield stance
     if not is_at(stance, fixture * F, options.get("near", 1e-4)):

@@ -14,7 +14,7 @@ angle). Elbows with q4 < 0 are those of swivel + pi with q4 > 0, so q4 >= 0 here
 
 import numpy as np
 
-from tutorialbot.errors import InvalidValue, finite_array, float_array
+from tutorialbot.errors import InvalidValue, finite_array, finite_number, float_array
 from tutorialbot.ik.singularity_consistent import SphericalArm, check_arm
 
 BRANCHES = ((1, 1), (1, -1), (-1, 1), (-1, -1))  # signs of sin q2 and of sin q6
@@ -52,8 +52,12 @@ def inverse(
 
 
 def within(arm: SphericalArm, q: np.ndarray, margin: float = 0.0) -> np.ndarray:
-    """Whether all joints of q (..., 7) [rad] keep `margin` [rad] to their limits (...)."""
-    return (np.abs(q) <= np.asarray(arm.limits) - margin).all(axis=-1)
+    """Whether all joints of q (..., 7) [rad] keep `margin` [rad] to their limits (...).
+
+    Raises InvalidType or InvalidValue for another shape or what is no finite number.
+    """
+    limits = np.asarray(check_arm(arm).limits) - finite_number("margin", margin)
+    return (np.abs(_angles(q)) <= limits).all(axis=-1)
 
 
 def swivel(arm: SphericalArm, q: np.ndarray) -> np.ndarray:
@@ -61,8 +65,8 @@ def swivel(arm: SphericalArm, q: np.ndarray) -> np.ndarray:
 
     Raises InvalidType or InvalidValue for another shape or what is no finite number.
     """
-    q = float_array("q", q)
-    q1, q2, q3, q4, *_ = np.moveaxis(finite_array("q", q, (*(-1,) * (q.ndim - 1), 7)), -1, 0)
+    check_arm(arm)
+    q1, q2, q3, q4, *_ = np.moveaxis(_angles(q), -1, 0)
     y, x, r = np.sin(q2) * np.sin(q3), arm.lower * np.sin(q4) * np.cos(q2), arm.upper + arm.lower * np.cos(q4)
     x = (x + r * np.sin(q2) * np.cos(q3)) / np.hypot(arm.lower * np.sin(q4), r)
     side = np.where(q4 < 0.0, -1.0, 1.0)
@@ -72,8 +76,11 @@ def swivel(arm: SphericalArm, q: np.ndarray) -> np.ndarray:
 def chain(arm: SphericalArm, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the points anchor, shoulder, elbow, wrist, tip (..., 5, 3) [m] in the anchor's frame for q (..., 7).
 
-    Also the rotation (..., 3, 3) of the upper arm, whose y axis is the elbow's.
+    Also the rotation (..., 3, 3) of the upper arm, whose y axis is the elbow's. Raises InvalidType or InvalidValue for
+    another shape or what is no finite number.
     """
+    check_arm(arm)
+    q = _angles(q)
     upper = _rz(q[..., 0]) @ _ry(q[..., 1]) @ _rz(q[..., 2])
     fore = upper @ _ry(q[..., 3])
     hand = fore @ _rz(q[..., 4]) @ _ry(q[..., 5])
@@ -83,6 +90,12 @@ def chain(arm: SphericalArm, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     points[..., 3:, :] += (arm.lower * fore[..., :, 2])[..., None, :]
     points[..., 4, :] += arm.tip_offset * hand[..., :, 2]
     return points, upper
+
+
+def _angles(q: np.ndarray) -> np.ndarray:
+    """Return q (..., 7) as floats, or raise."""
+    q = float_array("q", q)
+    return finite_array("q", q, (*(-1,) * (q.ndim - 1), 7))
 
 
 def _poses(rotation, position, swivel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -17,12 +17,13 @@ from functools import partial
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import one_of, positive
+from tutorialbot.errors import InvalidType, finite_number, one_of, positive, step_count
 from tutorialbot.ik import singular_peers as peers
-from tutorialbot.ik.singularity_consistent import SphericalArm
-from tutorialbot.ik.stretch_paths import StretchPath, classify, five_paths, references, start
+from tutorialbot.ik.singularity_consistent import SphericalArm, check_arm
+from tutorialbot.ik.stretch_paths import StretchPath, check_path, classify, five_paths, references, start
 
 FEEDBACKS = ("|b|", "b")
+MOST_PATIENCE = 1000.0  # of a path's own duration
 
 
 @dataclass(frozen=True)
@@ -105,9 +106,13 @@ def follow(
 
     gain [1/s] of the feedback; patience: how many times the path's own duration a solver that paces itself may take;
     feedback="b" is the mistake that drives the tip away once the elbow has flipped. Joint rates are held for a step.
+    Raises InvalidType or InvalidValue that names the argument, also for more than a million steps.
     """
-    one_of("feedback", feedback, FEEDBACKS), positive("dt", dt)
-    positive("speed", speed), positive("patience", patience)
+    one_of("feedback", feedback, FEEDBACKS), finite_number("gain", gain, 0.0), check_arm(arm), check_path(path)
+    if not isinstance(solver, Solver):
+        raise InvalidType("solver", solver, "a Solver")
+    positive("speed", speed), finite_number("patience", patience, 0.0, MOST_PATIENCE, above=True)
+    step_count((patience if solver.paced else 1.0) * duration(path, speed), speed, positive("dt", dt))
     q = np.array(arm.checked(start(arm, path) if q0 is None else q0))
     tip, rotation = references(arm, path, q)
     if solver.paced:

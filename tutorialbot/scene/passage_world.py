@@ -12,12 +12,13 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.errors import InvalidType, InvalidValue, finite_array, finite_number
+from tutorialbot.errors import InvalidType, InvalidValue, finite_array, finite_number, float_array
 from tutorialbot.pose import check_pose
 from tutorialbot.scene import home_robot, omni
-from tutorialbot.scene.closing_door import ClosingDoor
+from tutorialbot.scene.closing_door import ClosingDoor, check_closing_door
 
 TIMESTEP, LOOK = 0.002, 0.01  # of the physics; between two set points, and between two looks at the door [s]
+LONGEST = 1000.0  # a motion that is played back [s]
 GRASP_REACH = 0.03  # a hand further than this from the knob takes nothing [m]
 JAW_TIME = 1.0  # how long before a grasp and after a release the jaws stand open [s]
 HOLDING = ("base_rim", "hand_pad")  # the parts that may touch the panel
@@ -78,8 +79,7 @@ def world(
     The hand (body "link_7") holds the knob by the equality "grasp", which is off. `seen=False` leaves out what is there
     for the eye alone: a step costs less, and qpos is laid out alike. Raises InvalidType for what is no door.
     """
-    if not isinstance(door, ClosingDoor):
-        raise InvalidType("door", door, "a ClosingDoor")
+    check_closing_door(door), _truth("seen", seen)
     if not isinstance(fixtures, Sequence):
         raise InvalidType("fixtures", fixtures, "a row of pinocchio.SE3")
     frames = [check_pose("fixtures", frame) for frame in fixtures]
@@ -88,15 +88,8 @@ def world(
     shut.material("wall").rgba[3] = finite_number("wall_opacity", wall_opacity, 0.0, 1.0)
     spec.attach(shut, prefix="door/", frame=spec.worldbody.add_frame())
     spec.add_exclude(name="hand_knob", bodyname1="link_7", bodyname2="door/knob")
-    spec.add_equality(
-        name="grasp",
-        type=mujoco.mjtEq.mjEQ_WELD,
-        objtype=mujoco.mjtObj.mjOBJ_BODY,
-        name1="link_7",
-        name2="door/knob",
-        active=False,
-        solref=[0.01, 1.0],
-    )
+    spec.add_equality(name="grasp", type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY, name1="link_7",
+                      name2="door/knob", active=False, solref=[0.01, 1.0])  # fmt: skip
     for i, frame in enumerate(frames):
         home_robot.add_fixture(spec, frame, f"fixture_{i}")
     if not seen:
@@ -107,8 +100,18 @@ def world(
 
 
 def configuration(model: mujoco.MjModel, door: ClosingDoor, base, q, angle) -> np.ndarray:
-    """Return qpos (..., nq) of `world(door)` for pictures, from base (..., 3), q (..., 7), door's angle (...) [rad]."""
-    base, q, angle = (np.asarray(part, dtype=float) for part in (base, q, angle))
+    """Return qpos (..., nq) of `world(door)` for pictures, from base (..., 3), q (..., 7), door's angle (...) [rad].
+
+    Raises InvalidType or InvalidValue for shapes that do not fit, what is no finite number, and another model.
+    """
+    check_closing_door(door)
+    if not isinstance(model, mujoco.MjModel):
+        raise InvalidType("model", model, "the model that world(door) returns")
+    rows = float_array("angle", angle).shape
+    angle, base, q = (finite_array(name, part, (*rows, *size)) for name, part, size in
+                      (("angle", angle, ()), ("base", base, (3,)), ("q", q, (7,))))  # fmt: skip
+    if "door/hinge" not in (model.joint(i).name for i in range(model.njnt)):
+        raise InvalidValue("model", model, "the model that world(door) returns")
     qpos = np.tile(model.qpos0, (*angle.shape, 1))
     qpos[..., [model.joint(name).qposadr[0] for name in home_robot.MOVING]] = np.concatenate([base, q], axis=-1)
     qpos[..., model.joint("door/hinge").qposadr[0]] = angle
@@ -135,12 +138,10 @@ def replay(
     contact of the base with the door away, `hold_by_hand=False` that of the arm: what would happen without them.
 
     A grasp takes hold where the hand is, if it is within GRASP_REACH of the knob. Contact of the jaws and the hand with
-    the knob's bar is not simulated. Raises InvalidType or InvalidValue for bad arguments.
+    the knob's bar is not simulated. Raises InvalidType or InvalidValue for bad arguments, and for more than LONGEST.
     """
     times, base, q, grasped = _checked(times, base, q, grasped)
-    for name, value in (("hold_by_base", hold_by_base), ("hold_by_hand", hold_by_hand)):
-        if not isinstance(value, bool):
-            raise InvalidType(name, value, "True or False")
+    _truth("hold_by_base", hold_by_base), _truth("hold_by_hand", hold_by_hand)
     model = world(door, seen=False)
     finite_number("start_angle", start_angle, 0.0, door.open_limit)
     run = _Run(model, door, hold_by_base, hold_by_hand)
@@ -153,11 +154,18 @@ def replay(
     return _result(run, door, times, base, clock, np.array(record))
 
 
+def _truth(name: str, value: bool) -> None:
+    if not isinstance(value, bool):
+        raise InvalidType(name, value, "True or False")
+
+
 def _checked(times, base, q, grasped) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     times = finite_array("times", times, (-1,))
     n = len(times)
     if n < 2 or not (np.diff(times) > 0.0).all():
         raise InvalidValue("times", times, "two or more, increasing")
+    if not times[-1] - times[0] <= LONGEST:
+        raise InvalidValue("times", times, f"at most {LONGEST:g} s from the first to the last")
     base, q, grasped = finite_array("base", base, (n, 3)), finite_array("q", q, (n, 7)), np.asarray(grasped)
     if grasped.dtype != bool:
         raise InvalidType("grasped", grasped, f"truth values of shape ({n},)")
@@ -278,18 +286,10 @@ def _result(run: _Run, door: ClosingDoor, times, base, clock, record) -> Replay:
         Touch(robot, thing.removeprefix("door/"), float(first + times[0]), float(last + times[0]), force)
         for (robot, thing), (first, last, force) in sorted(run.touched.items())
     )
+    lag, held = np.linalg.norm(moved[:, :2] - base[:, :2], axis=1), np.interp(now, clock, record[:, -1]) > 0.5
     broken = bool(run.data.warning.number.any()) or not np.isfinite(record).all()
     return Replay(
-        times=times,
-        door_angle=angle,
-        base=moved[:, :3],
-        q=moved[:, 3:],
-        joint_rates=rates,
-        torques=torques,
-        base_lag=np.linalg.norm(moved[:, :2] - base[:, :2], axis=1),
-        held=np.interp(now, clock, record[:, -1]) > 0.5,
-        grasp_gap=run.gap,
-        touches=touches,
-        qpos=qpos,
+        times=times, door_angle=angle, base=moved[:, :3], q=moved[:, 3:], joint_rates=rates, torques=torques,
+        base_lag=lag, held=held, grasp_gap=run.gap, touches=touches, qpos=qpos,
         outcome="failed" if broken else "missed" if run.missed else "finished",
-    )
+    )  # fmt: skip
