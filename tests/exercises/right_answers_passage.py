@@ -64,8 +64,11 @@ def elbow_by_matrices_of_pinocchio(q4, upper, lower, offset):
 
     x, _, z = wrist(q4)
     dx, _, dz = np.cross([0, 1, 0], wrist(q4) - [offset, 0, upper])
-    longest = brentq(lambda q: np.cross([offset, upper], (wrist(q) - [offset, 0, upper])[[0, 2]]), -1.5, 1.5,
-                     xtol=1e-14, rtol=1e-14)  # fmt: skip
+    def beside(q):
+        along, _, up = wrist(q) - [offset, 0, upper]
+        return offset * up - upper * along
+
+    longest = brentq(beside, -1.5, 1.5, xtol=1e-14, rtol=1e-14)
     r = np.linalg.norm([x, z])
     return r, (x * dx + z * dz) / r, np.arctan2(x, z), (z * dx - x * dz) / r**2, longest
 
