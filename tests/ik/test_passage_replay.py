@@ -59,6 +59,13 @@ def test_beyond_the_hold_angle_it_stays_without_the_base(passage):
     assert np.rad2deg(np.abs(left.door_angle - passage.door_angle)[while_free]).max() < 3.0
 
 
+@pytest.mark.parametrize(("opening_deg", "held"), [(84, True), (85, True), (85.5, False)])
+def test_about_the_hold_angle_the_door_is_let_go_only_where_it_surely_stays(opening_deg, held):
+    passage = run_passage(opening_deg=opening_deg, dynamics=True)
+    assert passage.passed and passage.angle_gap < AGREE
+    assert ("d turn about the knob" in passage.phases) == held
+
+
 def test_without_the_hand_the_door_does_not_wait(passage):
     gone = play(passage, hold_by_hand=False)
     through = passage.phases.index("h go through")

@@ -32,6 +32,7 @@ HOPELESS = 5.0  # too fast by this factor: slower is no cure
 CLOSER = 0.10  # how far the base comes closer [m]
 LEAST_OPENING = 10.0 * DEG
 ORDER = 2  # n of eq (2)
+SURELY = 0.25 * DEG  # beyond the hold angle: a loaded arm gives way by 0.1 degree, and the door must stay
 AGREE = 3.0 * DEG  # of the door's angle in MuJoCo with the kinematic one
 
 
@@ -139,7 +140,7 @@ def run_with(
 
 def _look(door: ClosingDoor, opening: float):
     """The search that this opening needs."""
-    return search_staying if opening >= door.hold_angle else search
+    return search_staying if opening >= door.hold_angle + SURELY else search
 
 
 def run_plan(arm: SphericalArm, door: ClosingDoor, opening: float, plan: Plan) -> Passage:
