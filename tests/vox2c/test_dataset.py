@@ -144,10 +144,12 @@ def test_a_disk_that_refuses_is_named(tmp_path):
 
 
 RUN = """
+import signal
 import sys
 from pathlib import Path
 from tutorialbot.vox2c import dataset
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a test started in the background may ignore it
     print(dataset.make(dataset.Recipe(10), "validation", 5000, Path(sys.argv[1])))
 """
 
