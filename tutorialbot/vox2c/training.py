@@ -4,7 +4,6 @@ import json
 import math
 import time
 from collections.abc import Iterator
-from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from tutorialbot.runs import RunRecord, progress
 from tutorialbot.seeding import make_rng
 from tutorialbot.vox2c import checkpoints, compare, dataset, evaluation, network, weights
 from tutorialbot.vox2c.checkpoints import use_threads  # noqa: F401 - for whoever trains
-from tutorialbot.vox2c.evaluation import Tally
+from tutorialbot.vox2c.judging import autocast, default_device, judge, tensors
 from tutorialbot.vox2c.labels import KINDS
 
 REGULAR = 10  # the regularizer is reckoned at every tenth step, tenfold: it changes slowly and costs a tenth
@@ -76,38 +75,12 @@ def pairs(settings: Settings, jobs: int = 2) -> tuple[dataset.Pairs, dataset.Pai
     return tuple(found)
 
 
-def _tensors(pairs: dataset.Pairs, rows: np.ndarray, device: torch.device) -> tuple[Tensor, Tensor]:
-    """Return voxels (batch, 1, 32, 32, 32) and labels (batch, n, n) of these rows as float32."""
-    voxels, truth = (torch.from_numpy(array).to(device).float() for array in pairs.batch(rows))
-    return voxels[:, None], truth
-
-
 def mirror(voxels: Tensor, truth: Tensor) -> tuple[Tensor, Tensor]:
     """Return voxels (batch, 1, 32, 32, 32) and labels (batch, n, n) of the scenes' mirror images in the plane x = 0.
 
     The arm is its own mirror image with both angles negated, so cell k of an axis becomes cell -k, modulo n.
     """
     return voxels.flip(2), truth.flip(1, 2).roll((1, 1), (1, 2))
-
-
-@torch.inference_mode()
-def judge(model: network.Vox2CNet, pairs: dataset.Pairs, at_once: int, device: torch.device) -> tuple[float, Tally]:
-    """Return a network's mean cross entropy over `pairs` and its tally; `at_once` scenes go through it together."""
-    model.eval()
-    entropy, tallies, count = 0.0, [], len(pairs)
-    for rows in np.array_split(np.arange(count), math.ceil(count / at_once)):
-        voxels, truth = _tensors(pairs, rows, device)
-        with _autocast(device):
-            logits = model(voxels).float()
-        entropy += network.cross_entropy(logits, truth).item() * len(rows)
-        said = torch.sigmoid(logits).cpu().numpy(), truth.cpu().numpy() > 0.5
-        tallies.append(evaluation.tally(zip(*said, strict=True)))
-    return entropy / count, evaluation.joined(tallies)
-
-
-def _autocast(device: torch.device):
-    """Mixed precision where there is CUDA, else nothing."""
-    return torch.autocast("cuda", torch.bfloat16) if device.type == "cuda" else nullcontext()
 
 
 @dataclass(frozen=True)
@@ -176,11 +149,11 @@ class Run:
         self.model.train()
         self.optimizer.zero_grad()
         for part in np.array_split(rows, math.ceil(len(rows) / self.at_once)):
-            voxels, truth = _tensors(self.pairs, part, self.device)
+            voxels, truth = tensors(self.pairs, part, self.device)
             if settings.mirror:
                 chosen = torch.from_numpy(make_rng(settings.seed, 8, step, part[0]).random(len(part)) < 0.5)
                 voxels[chosen], truth[chosen] = mirror(voxels[chosen], truth[chosen])
-            with _autocast(self.device):
+            with autocast(self.device):
                 logits = self.model(voxels)
             share = network.cross_entropy(logits.float(), truth) * (len(part) / len(rows))
             share.backward()
@@ -228,11 +201,6 @@ class Run:
 def _restore(settings: Settings, path: Path, model: torch.nn.Module, optimizer: torch.optim.Optimizer) -> list[dict]:
     """Put both into the state of a checkpoint; return its rounds."""
     return checkpoints.restore(path, model, optimizer, asdict(settings))["rounds"]
-
-
-def default_device() -> torch.device:
-    """Return CUDA where there is one, else the CPU."""
-    return torch.device("cuda" if torch.cuda.is_available() else "cpu")
 
 
 def train(
