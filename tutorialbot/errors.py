@@ -102,6 +102,17 @@ def finite_array(argument: str, value: Any, shape: tuple[int, ...]) -> np.ndarra
     return array
 
 
+def binary_array(argument: str, array: np.ndarray, expected: str = "an array of 0 and 1") -> np.ndarray:
+    """Return an array of 0 and 1, or of truth values, as bool; raise InvalidType or InvalidValue for another."""
+    if array.dtype == bool:
+        return array
+    if array.dtype.kind not in "iuf":
+        raise InvalidType(argument, f"array of {array.dtype}", expected)
+    if not ((array == 0) | (array == 1)).all():
+        raise InvalidValue(argument, f"values from {array.min()} to {array.max()}", "0 and 1 only")
+    return array.astype(bool)
+
+
 def float_array(argument: str, value: Any, expected: str = "numbers") -> np.ndarray:
     """Return `value` as a float array of whatever shape, or raise; text, truth values and dates are no numbers."""
     try:

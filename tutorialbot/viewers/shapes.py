@@ -6,7 +6,7 @@ import meshcat.geometry as mg
 import mujoco
 import numpy as np
 
-from tutorialbot.errors import InvalidType, InvalidValue
+from tutorialbot.errors import InvalidType, InvalidValue, binary_array
 
 Y_TO_Z = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])  # three.js has cylinders along y
 FLOOR_SIZE = 20.0  # edge of a plane that MuJoCo takes as infinite [m]
@@ -104,13 +104,10 @@ def binary_grid(argument: str, value) -> np.ndarray:
         grid = np.asarray(value)
     except ValueError:
         raise InvalidType(argument, value, "a grid (x, y, z) of 0 and 1") from None
-    if grid.dtype.kind not in "biuf":
-        raise InvalidType(argument, f"array of {grid.dtype}", "a grid (x, y, z) of 0 and 1")
+    grid = binary_array(argument, grid, "a grid (x, y, z) of 0 and 1")
     if grid.ndim != 3:
         raise InvalidValue(argument, f"array of shape {grid.shape}", "a grid (x, y, z)")
-    if not ((grid == 0) | (grid == 1)).all():
-        raise InvalidValue(argument, f"values from {grid.min()} to {grid.max()}", "0 and 1 only")
-    return grid.astype(bool)
+    return grid
 
 
 def voxels(occupied: np.ndarray, side: float) -> NormalMesh:

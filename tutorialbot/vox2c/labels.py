@@ -13,7 +13,7 @@ from functools import lru_cache
 import coal
 import numpy as np
 
-from tutorialbot.errors import InvalidType, InvalidValue, finite_number
+from tutorialbot.errors import InvalidType, InvalidValue, binary_array, finite_number
 from tutorialbot.vox2c import kernels
 from tutorialbot.vox2c.arm import (
     BAR,
@@ -118,13 +118,7 @@ def check_voxels(voxels, size: int | None = None) -> np.ndarray:
         raise InvalidValue("voxels", f"array of shape {array.shape}", f"{expected}, n from {SIZES[0]} to {SIZES[1]}")
     if size is not None and len(array) != size:
         raise InvalidValue("voxels", f"array of shape {array.shape}", expected)
-    if array.dtype != bool:
-        if array.dtype.kind not in "iuf":
-            raise InvalidType("voxels", f"array of {array.dtype}", "an array of 0 and 1")
-        if not ((array == 0) | (array == 1)).all():
-            raise InvalidValue("voxels", f"values from {array.min()} to {array.max()}", "0 and 1 only")
-        array = array.astype(bool)
-    return array
+    return binary_array("voxels", array)
 
 
 def slab_layers(size: int, slab: tuple[float, float], inset: float = 0.0) -> tuple[int, int]:
