@@ -79,11 +79,7 @@ def vox2c(options: argparse.Namespace) -> RunRecord:
     values["planners"] = vox2c_bench.planners(max(2, options.seeds // 10))
     values["many_queries"] = vox2c_bench.many_queries(queries=min(100, max(2, options.seeds)))
     values |= {"generation": vox2c_bench.generation(), "joints": vox2c_bench.joints(), "iou": vox2c_bench.iou()}
-    for name, rows in values.items():
-        if rows:
-            print(f"{name.replace('_', ' ')}")
-            _print_table(rows)
-            print()
+    _print_tables(values)
     values["summary"] = _vox2c_summary(values)
     print(values["summary"])
     return _record(options, vox2c_bench.FIRST_SEED, began, values)
@@ -98,10 +94,7 @@ def sc(options: argparse.Namespace) -> RunRecord:
     parts += ("passages", "phases")
     values = {name: getattr(sc_bench, name)() for name in parts}
     values["doors"] = sc_bench.doors(min(100, max(2, options.seeds)))
-    for name, rows in values.items():
-        print(name.replace("_", " "))
-        _print_table(rows)
-        print()
+    _print_tables(values)
     values["summary"] = _sc_summary(values)
     print(values["summary"])
     return _record(options, sc_bench.FIRST_SEED, began, values)
@@ -197,6 +190,14 @@ def _print_door(physics: dict, rows: list[dict]) -> None:
              "opened_6", "median_sections", "evaluations", "cpu_seconds", "surrogate_seconds", "executed")  # fmt: skip
     print()
     _print_table([{name: row[name] for name in shown} for row in rows])
+
+
+def _print_tables(values: dict[str, list[dict]]) -> None:
+    for name, rows in values.items():
+        if rows:
+            print(name.replace("_", " "))
+            _print_table(rows)
+            print()
 
 
 def _print_table(rows: list[dict]) -> None:
