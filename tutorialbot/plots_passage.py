@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon, Rectangle
 
 from tutorialbot.ik.arm_frames import ArmFrames, RobotFrames, arm_frames, elbow_rate
-from tutorialbot.ik.full_workspace import FullWorkspace, reach_at
+from tutorialbot.ik.full_workspace import FullWorkspace
 from tutorialbot.ik.knob_release import Release
 from tutorialbot.ik.moving_base import Line
 from tutorialbot.ik.passage import Passage
@@ -176,8 +176,8 @@ def plot_opening(ax: Axes, data: FullWorkspace, grasp: str = "rigid") -> Axes:
 def plot_reach(ax: Axes, arm: SphericalArm, margin: float = 0.0) -> Axes:
     """Draw the wrist's space from the side: the stretched arm's circle, and the one at |q4| = margin [rad]."""
     ax.add_patch(Circle((0.0, 0.0), arm.reach, fc=COLOURS["bad"], alpha=0.25, label="lost to the margin"))
-    ax.add_patch(Circle((0.0, 0.0), reach_at(arm, margin), fc=COLOURS["good"], alpha=0.5))
-    ax.add_patch(Circle((0.0, 0.0), reach_at(arm, arm.limits[3]), fc="white"))
+    ax.add_patch(Circle((0.0, 0.0), arm.distance_at(margin), fc=COLOURS["good"], alpha=0.5))
+    ax.add_patch(Circle((0.0, 0.0), arm.distance_at(arm.limits[3]), fc="white"))
     ax.plot(0.0, 0.0, "k+")
     ax.set(xlim=(-0.8, 0.8), ylim=(-0.8, 0.8), xlabel="[m]", ylabel="[m]", aspect="equal")
     return ax

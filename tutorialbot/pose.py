@@ -70,6 +70,19 @@ def interpolate(a: pin.SE3, b: pin.SE3, s: float) -> pin.SE3:
     return pin.SE3(turn.normalized(), (1.0 - s) * a.translation + s * b.translation)
 
 
+def twist_between(a: pin.SE3, b: pin.SE3) -> np.ndarray:
+    """Return the twist (6,) that takes `a` to `b` in a unit of time, linear first, in the world's axes.
+
+    The position goes straight, as in `interpolate`. Nothing is checked: this runs in tight loops.
+    """
+    return np.concatenate([b.translation - a.translation, pin.log3(b.rotation @ a.rotation.T)])
+
+
+def turned(rotation: np.ndarray, twist: np.ndarray) -> np.ndarray:
+    """Return a twist (6,) of the same point in other axes, both halves turned by `rotation` (3, 3); nothing checked."""
+    return np.concatenate([rotation @ twist[:3], rotation @ twist[3:]])
+
+
 def double_quaternion(pose: pin.SE3, radius: float = 0.1, angle: str = "atan") -> np.ndarray:
     """Return the 8-vector (G, H) of the 4-D rotation that stands for `pose`: two unit quaternions (w, x, y, z).
 

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from tutorialbot.errors import InvalidValue, TutorialbotError
-from tutorialbot.ik.base_sharing import MOUNT, tip_in_world
-from tutorialbot.ik.full_workspace import full_workspace, largest_opening, needed_reach, reach_at, volume_share
+from tutorialbot.ik.base_sharing import tip_in_world
+from tutorialbot.ik.full_workspace import full_workspace, largest_opening, needed_reach, volume_share
 from tutorialbot.ik.knob_release import DISTANCE, OFF, WAYS, release, stance
 from tutorialbot.ik.singularity_consistent import SphericalArm, elbow_peak_rate
 from tutorialbot.scene.closing_door import ClosingDoor
+from tutorialbot.scene.home_robot import ANCHOR_HEIGHT
 from tutorialbot.seeding import make_rng
 
 ARM, DOOR = SphericalArm(), ClosingDoor(hold_angle=math.radians(75.0))
@@ -22,10 +23,10 @@ def test_the_hand_is_at_the_knob_and_the_arm_nearly_stretched():
     ARM.checked(q)
     tip = tip_in_world(ARM, base, q)
     assert np.abs(tip.homogeneous - DOOR.knob_frame(opening).homogeneous).max() < 1e-12
-    shoulder = np.array([*base[:2], MOUNT + ARM.base_offset])
+    shoulder = np.array([*base[:2], ANCHOR_HEIGHT + ARM.base_offset])
     wrist = tip.translation - ARM.tip_offset * tip.rotation[:, 2]
     assert np.linalg.norm(wrist - shoulder) == pytest.approx(DISTANCE)
-    assert reach_at(ARM, q[3]) == pytest.approx(DISTANCE)
+    assert ARM.distance_at(q[3]) == pytest.approx(DISTANCE)
 
 
 @pytest.mark.parametrize("n", [2, 3])
@@ -102,8 +103,8 @@ def test_ways_of_letting_go_are_three():
 def test_the_space_left_is_that_of_random_points():
     rng, margin = make_rng(41), math.radians(50.0)
     r = np.linalg.norm(rng.uniform(-0.7, 0.7, (200_000, 3)), axis=1)
-    there = (r >= reach_at(ARM, ARM.limits[3])) & (r <= ARM.reach)
-    assert volume_share(ARM, margin) == pytest.approx((r[there] <= reach_at(ARM, margin)).mean(), abs=0.005)
+    there = (r >= ARM.distance_at(ARM.limits[3])) & (r <= ARM.reach)
+    assert volume_share(ARM, margin) == pytest.approx((r[there] <= ARM.distance_at(margin)).mean(), abs=0.005)
     assert volume_share(ARM, 0.0) == 1.0
 
 

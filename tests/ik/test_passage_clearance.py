@@ -60,7 +60,7 @@ def test_arm_from_panel_agrees_with_coal():
     for _ in range(60):
         q, base = rng.uniform(-0.9, 0.9, 7) * ARM.limits, rng.uniform([-0.5, -1.2, -3.0], [1.5, -0.2, 3.0])
         theta = rng.uniform(0.0, 1.5)
-        points = srs.chain(ARM, q)[0]
+        points = srs.chain(ARM, q)
         c, s = np.cos(base[2]), np.sin(base[2])
         world = points @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + [base[0], base[1], ANCHOR_HEIGHT]
         wanted = coal_distance(world, DOOR.panel_box, DOOR.panel_frame(theta))

@@ -50,22 +50,22 @@ def test_the_posture_that_a_pose_comes_from_is_among_its_branches():
 
 def test_swivel_is_zero_with_the_elbow_on_top_and_pi_below():
     up, down = np.array([[0.0, 0.9, 0.0, 1.0, 0.0, 0.5, 0.0], [0.0, 2.0, np.pi, 1.0, 0.0, 0.5, 0.0]])
-    assert srs.chain(ARM, up)[0][2, 2] > srs.chain(ARM, up)[0][[1, 3], 2].mean()
+    assert srs.chain(ARM, up)[2, 2] > srs.chain(ARM, up)[[1, 3], 2].mean()
     assert abs(srs.swivel(ARM, up)) < 1e-12
-    assert srs.chain(ARM, down)[0][2, 2] < srs.chain(ARM, down)[0][[1, 3], 2].mean()
+    assert srs.chain(ARM, down)[2, 2] < srs.chain(ARM, down)[[1, 3], 2].mean()
     assert abs(abs(srs.swivel(ARM, down)) - np.pi) < 1e-12
 
 
 def test_an_elbow_with_negative_angle_is_the_same_arm_turned_by_half():
     q = postures(100, seed=2)
     other = q * [1, 1, 1, -1, 1, 1, 1] + [0, 0, np.pi, 0, np.pi, 0, 0]
-    assert np.abs(srs.chain(ARM, other)[0] - srs.chain(ARM, q)[0]).max() < 1e-12
+    assert np.abs(srs.chain(ARM, other) - srs.chain(ARM, q)).max() < 1e-12
     assert apart(srs.swivel(ARM, other), srs.swivel(ARM, q)) < 1e-9
 
 
 def test_chain_ends_where_pinocchio_says():
     q = postures(50, seed=3)
-    assert np.abs(srs.chain(ARM, q)[0][:, 4] - poses(q)[1]).max() < 1e-12
+    assert np.abs(srs.chain(ARM, q)[:, 4] - poses(q)[1]).max() < 1e-12
 
 
 def test_out_of_reach_and_straight_above_are_results():
@@ -119,6 +119,6 @@ def test_many_postures_at_once_and_lists_of_them():
     q = postures(12).reshape(3, 4, 7)
     assert srs.within(ARM, q).shape == (3, 4) and srs.within(ARM, q).all()
     assert srs.within(ARM, q.tolist(), 3.0).sum() == 0
-    assert srs.chain(ARM, q.tolist())[0].shape == (3, 4, 5, 3)
+    assert srs.chain(ARM, q.tolist()).shape == (3, 4, 5, 3)
     with pytest.raises(TutorialbotError, match="^margin = "):
         srs.within(ARM, q, np.nan)

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from tutorialbot.ik.base_sharing import MOUNT, anchor
+from tutorialbot.ik.base_sharing import anchor
 from tutorialbot.ik.singularity_consistent import SphericalArm, elbow_peak_rate, time_scale
 from tutorialbot.ik.spherical_rates import triangle, wrist_axes
+from tutorialbot.scene.home_robot import ANCHOR_HEIGHT
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,9 @@ class ArmFrames:
     beta: float
 
 
-def arm_frames(arm: SphericalArm, q: np.ndarray, base: np.ndarray | None = None, mount: float = MOUNT) -> ArmFrames:
+def arm_frames(
+    arm: SphericalArm, q: np.ndarray, base: np.ndarray | None = None, mount: float = ANCHOR_HEIGHT
+) -> ArmFrames:
     """Return the frames of Fig. 2 for q (7,) [rad]; base (3,): x, y, yaw of the mobile base, if it is on one."""
     angles = arm.checked(q)
     there = pin.SE3.Identity() if base is None else anchor(base, mount)
@@ -56,7 +59,7 @@ class RobotFrames:
     arm: ArmFrames
 
 
-def robot_frames(arm: SphericalArm, base: np.ndarray, q: np.ndarray, mount: float = MOUNT) -> RobotFrames:
+def robot_frames(arm: SphericalArm, base: np.ndarray, q: np.ndarray, mount: float = ANCHOR_HEIGHT) -> RobotFrames:
     """Return the frames of Fig. 3 for the base at (x, y, yaw) [m, m, rad] and q (7,) [rad]."""
     return RobotFrames(pin.SE3.Identity(), anchor(base, 0.0), anchor(base, mount), arm_frames(arm, q, base, mount))
 

@@ -1,8 +1,8 @@
 """Paper 4, eqs (4) and (5): base and arm share one motion of the tip; and the base inside the inverse kinematics.
 
-The base moves on the floor, (x, y, yaw) in the world F0; the arm's anchor stands upright on its axis, `MOUNT` above the
-floor, and turns with it. Twists are the tip's, in the axes of the world, linear first. The velocity nu_mb that the base
-gives to the tip is one *at the tip*: with omega about the vertical, the base's centre B moves by
+The base moves on the floor, (x, y, yaw) in the world F0; the arm's anchor stands upright on its axis, `ANCHOR_HEIGHT`
+above the floor, and turns with it. Twists are the tip's, in the axes of the world, linear first. The velocity nu_mb
+that the base gives to the tip is one *at the tip*: with omega about the vertical, the base's centre B moves by
 
     nu_mb - omega z x (p_tip - B)
 
@@ -21,8 +21,9 @@ import pinocchio as pin
 from tutorialbot.errors import InvalidType, finite_array, finite_number
 from tutorialbot.ik.singularity_consistent import SphericalArm, check_arm, time_scale
 from tutorialbot.ik.spherical_rates import hand, joint_rates, triangle, wrist_axes, wrist_twist
+from tutorialbot.pose import turned
+from tutorialbot.scene.home_robot import ANCHOR_HEIGHT
 
-MOUNT = 0.70  # height of the arm's anchor above the floor [m]
 LEVEL = 0.2  # the base takes over while the horizontal part of the stretched arm's direction is longer than this
 
 
@@ -59,13 +60,13 @@ class SharedVelocity:
     nu_a: np.ndarray
 
 
-def anchor(base: np.ndarray, mount: float = MOUNT) -> pin.SE3:
+def anchor(base: np.ndarray, mount: float = ANCHOR_HEIGHT) -> pin.SE3:
     """Return the pose of the arm's anchor in the world for the base at (x, y, yaw) [m, m, rad]."""
     x, y, yaw = finite_array("base", base, (3,)).tolist()
     return pin.SE3(pin.utils.rotate("z", yaw), np.array([x, y, mount]))
 
 
-def tip_in_world(arm: SphericalArm, base: np.ndarray, q: np.ndarray, mount: float = MOUNT) -> pin.SE3:
+def tip_in_world(arm: SphericalArm, base: np.ndarray, q: np.ndarray, mount: float = ANCHOR_HEIGHT) -> pin.SE3:
     """Return the tip's pose in the world."""
     check_arm(arm)
     return anchor(base, mount) * arm.forward(q)
@@ -114,8 +115,7 @@ def hold(
 def _together(arm, base, q, nu_ref, nu_mb, n, swivel_rate) -> SharedVelocity:
     to_arm = anchor(base).rotation.T  # from the world's axes to the anchor's; `joint_velocity` goes on to those of W
     nu_a = nu_ref - nu_mb  # (5)
-    in_arm = np.concatenate([to_arm @ nu_a[:3], to_arm @ nu_a[3:]])
-    moved = arm.joint_velocity(q, in_arm, n, swivel_rate)  # (1)-(3)
+    moved = arm.joint_velocity(q, turned(to_arm, nu_a), n, swivel_rate)  # (1)-(3)
     centre = base_centre_velocity(nu_mb, tip_in_world(arm, base, q).translation, base)
     return SharedVelocity(moved.scale * centre, moved.qdot, moved.scale, nu_mb, nu_a)
 
@@ -144,7 +144,7 @@ def share_in_time(
     axes, to_tip = wrist_axes(s, c, sides), hand(s, c, sides, arm.tip_offset)
 
     def at_wrist(nu: np.ndarray) -> tuple[tuple, tuple]:
-        return wrist_twist(axes, to_tip, [*(to_arm @ nu[:3]).tolist(), *(to_arm @ nu[3:]).tolist()])
+        return wrist_twist(axes, to_tip, turned(to_arm, nu).tolist())
 
     p_z, z = at_wrist(nu_a)[0][2], to_arm.T @ np.array(axes[2])
     beta, beta_over_sine = elbow_share(angles[3], p_z, n)

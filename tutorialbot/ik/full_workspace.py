@@ -12,9 +12,11 @@ import numpy as np
 import pinocchio as pin
 
 from tutorialbot.errors import InvalidValue, finite_array, finite_number, one_of
-from tutorialbot.ik.base_sharing import MOUNT, Shares, base_centre_velocity
+from tutorialbot.ik.base_sharing import Shares, base_centre_velocity
 from tutorialbot.ik.singularity_consistent import SphericalArm, check_arm
+from tutorialbot.pose import twist_between
 from tutorialbot.scene.closing_door import ClosingDoor, check_closing_door
+from tutorialbot.scene.home_robot import ANCHOR_HEIGHT
 
 START = (0.98, -0.62)  # the base before the closed door [m]
 GRASPS = ("rigid", "pivoting")  # the hand turns with the door, or the knob turns in the hand
@@ -34,16 +36,11 @@ class FullWorkspace:
     grasps: tuple[str, ...] = GRASPS
 
 
-def reach_at(arm: SphericalArm, q4: float) -> float:
-    """Return how far the wrist is from the shoulder [m] at q4 [rad]."""
-    return math.sqrt(arm.upper**2 + arm.lower**2 + 2.0 * arm.upper * arm.lower * math.cos(q4))
-
-
 def volume_share(arm: SphericalArm, margin: float) -> float:
     """Return the share of the wrist's space, a shell about the shoulder, where |q4| >= margin [rad]."""
     margin = finite_number("margin", margin, 0.0, check_arm(arm).limits[3])
-    inner = reach_at(arm, arm.limits[3]) ** 3
-    return (reach_at(arm, margin) ** 3 - inner) / (arm.reach**3 - inner)
+    inner = arm.distance_at(arm.limits[3]) ** 3
+    return (arm.distance_at(margin) ** 3 - inner) / (arm.reach**3 - inner)
 
 
 def needed_reach(
@@ -60,10 +57,10 @@ def needed_reach(
     base, far, before = np.array([*START, 0.0]), [], _hand(door, 0.0, grasp)
     for angle in angles:
         tip = _hand(door, float(angle), grasp)
-        nu_ref = np.concatenate([tip.translation - before.translation, pin.log3(tip.rotation @ before.rotation.T)])
-        base = base + base_centre_velocity(shares @ nu_ref, 0.5 * (tip.translation + before.translation), base)
+        nu_mb = shares @ twist_between(before, tip)  # (4)
+        base = base + base_centre_velocity(nu_mb, 0.5 * (tip.translation + before.translation), base)
         wrist, before = tip.translation - arm.tip_offset * tip.rotation[:, 2], tip
-        far.append(math.dist(wrist, (base[0], base[1], MOUNT + arm.base_offset)))
+        far.append(math.dist(wrist, (base[0], base[1], ANCHOR_HEIGHT + arm.base_offset)))
     return angles, np.array(far)
 
 
@@ -81,7 +78,7 @@ def largest_opening(
     angles, far = needed_reach(arm, door, finite_number("share", share, 0.0, 1.0), grasp)
     found = []
     for margin in finite_array("margins", margins, (-1,)).tolist():
-        beyond = far > reach_at(arm, finite_number("margin", margin, 0.0, arm.limits[3]))
+        beyond = far > arm.distance_at(finite_number("margin", margin, 0.0, arm.limits[3]))
         if beyond[0]:
             raise InvalidValue("margin", margin, f"one with which the hand reaches the knob from {START}")
         found.append(angles[int(np.argmax(beyond)) - 1] if beyond.any() else angles[-1])

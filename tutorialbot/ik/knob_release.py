@@ -18,10 +18,12 @@ import pinocchio as pin
 
 from tutorialbot.errors import InvalidValue, finite_number, one_of, positive, step_count, whole_number
 from tutorialbot.ik import srs
-from tutorialbot.ik.base_sharing import MOUNT, Shares, anchor, share_in_time, tip_in_world
+from tutorialbot.ik.base_sharing import Shares, anchor, share_in_time, tip_in_world
 from tutorialbot.ik.singular_peers import pseudo_inverse
 from tutorialbot.ik.singularity_consistent import MOST, SphericalArm, check_arm
+from tutorialbot.pose import turned, twist_between
 from tutorialbot.scene.closing_door import ClosingDoor, check_closing_door
+from tutorialbot.scene.home_robot import ANCHOR_HEIGHT
 
 HOLD_DEG, OPENING_DEG = 75.0, 80.0  # the closer's hold angle, and where the door stands
 DISTANCE, SLANT_DEG = 0.693, 70.0  # shoulder to wrist [m] at the knob; between the arm and the way off the knob
@@ -77,7 +79,7 @@ def stance(
     check_arm(arm), check_closing_door(door), finite_number("slant", slant)
     tip = door.knob_frame(finite_number("opening", opening))
     wrist = tip.translation - arm.tip_offset * tip.rotation[:, 2]
-    rise = (wrist[2] - MOUNT - arm.base_offset) / positive("distance", distance)
+    rise = (wrist[2] - ANCHOR_HEIGHT - arm.base_offset) / positive("distance", distance)
     off, along = -tip.rotation[:, 2], tip.rotation[:, 1]
     beside = 1.0 - math.cos(slant) ** 2 - rise**2
     if beside < 0.0 or distance > arm.reach:
@@ -121,12 +123,12 @@ def release(
     off, rows, s = -knob.rotation[:, 2], [], 0.0
     for step in range(count):
         here = tip_in_world(arm, base, q)
-        lag, turn = knob.translation + s * off - here.translation, pin.log3(knob.rotation @ here.rotation.T)
+        behind = twist_between(here, pin.SE3(knob.rotation, knob.translation + s * off))
         wanted = np.concatenate([speed * off, np.zeros(3)])
         sign = (np.sign(q[3]) or 1.0) if way == WAYS[0] else 1.0
-        base_rates, qdot, b = _rates(way, arm, base, q, wanted + sign * gain * np.concatenate([lag, turn]), n)
+        base_rates, qdot, b = _rates(way, arm, base, q, wanted + sign * gain * behind, n)
         along = float(off @ (here.translation - knob.translation))
-        rows.append((step * dt, math.sin(q[3]), qdot, b, q, base, along, float(np.linalg.norm(lag))))
+        rows.append((step * dt, math.sin(q[3]), qdot, b, q, base, along, float(np.linalg.norm(behind[:3]))))
         base, q, s = base + dt * base_rates, q + dt * qdot, s + b * speed * dt
         if not 0.0 <= s < OFF:
             break
@@ -140,8 +142,7 @@ def _rates(way: str, arm: SphericalArm, base: np.ndarray, q: np.ndarray, twist: 
     if way == "base inside":
         both = share_in_time(arm, base, q, twist, Shares(0.0, 0.0, 0.0), n)
         return both.base, both.qdot, 1.0
-    turn = anchor(base).rotation.T
-    there = np.concatenate([turn @ twist[:3], turn @ twist[3:]])
+    there = turned(anchor(base).rotation.T, twist)
     if way == "pseudo-inverse":
         return np.zeros(3), pseudo_inverse(arm, q, there), 1.0
     found = arm.joint_velocity(q, there, n)

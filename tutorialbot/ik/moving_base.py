@@ -13,11 +13,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from tutorialbot.errors import InvalidValue, finite_number, one_of, positive, step_count, whole_number
 from tutorialbot.ik.base_sharing import Shares, anchor, share, share_in_time, tip_in_world, tip_velocity_by_base
 from tutorialbot.ik.singularity_consistent import MOST, SphericalArm, check_arm
+from tutorialbot.pose import twist_between
 
 METHODS = ("fixed split", "base inside", "whole body, good weights", "whole body, poor weights")
 WEIGHTS = {"whole body, good weights": 1.0, "whole body, poor weights": 30.0}  # of the base's rates, against the arm's
@@ -91,12 +91,12 @@ def line(
     for step in range(steps):
         way, rate = place(step * dt, length, speed)
         here = tip_in_world(arm, base, q)
-        lag, turn = begin.translation - here.translation, pin.log3(begin.rotation @ here.rotation.T)
-        lag[0] += way
-        twist = gain * np.concatenate([lag, turn])
+        behind = twist_between(here, begin)
+        behind[0] += way
+        twist = gain * behind
         twist[0] += rate
         base_rates, qdot = _rates(method, arm, base, q, twist, shares, n)
-        rows.append((step * dt, float(np.linalg.norm(lag)), q, qdot, base, base_rates))
+        rows.append((step * dt, float(np.linalg.norm(behind[:3])), q, qdot, base, base_rates))
         base, q = base + dt * base_rates, q + dt * qdot
     return Line(method, *(np.array(column) for column in zip(*rows, strict=True)))
 

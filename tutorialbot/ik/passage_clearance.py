@@ -37,7 +37,7 @@ def measure(arm: SphericalArm, door: ClosingDoor, theta: np.ndarray, base: np.nd
 
     Touching is 0; where parts overlap the number is negative and not deeper than the part is thick.
     """
-    points = srs.chain(arm, q)[0]
+    points = srs.chain(arm, q)
     segments = shadows(arm, points, base)
     turned = in_panel(segments, theta)
     centre = in_panel(base[:, None, :2], theta)[:, 0]

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tutorialbot.errors import InvalidValue
-from tutorialbot.ik.base_sharing import MOUNT
 from tutorialbot.ik.passage_legs import ArmLeg, HandLeg, hand_pose, instants, least_jerk, spline
 from tutorialbot.ik.singularity_consistent import SphericalArm
+from tutorialbot.scene.home_robot import ANCHOR_HEIGHT
 
 GAIN, SWIVEL_GAIN = 8.0, 6.0  # of the tip's error, of the swivel's [1/s]
 STALL = 3.0  # a leg is given up after so many times its duration
@@ -142,7 +142,7 @@ def _error(arm: SphericalArm, here: np.ndarray, q: np.ndarray) -> tuple[list, li
     pose = arm.forward(q)
     c, s = math.cos(yaw), math.sin(yaw)
     tx, ty, tz = pose.translation.tolist()
-    e = (px - x - c * tx + s * ty, py - y - s * tx - c * ty, pz - MOUNT - tz)
+    e = (px - x - c * tx + s * ty, py - y - s * tx - c * ty, pz - ANCHOR_HEIGHT - tz)
     is_ = [(c * r0 - s * r1, s * r0 + c * r1, r2) for r0, r1, r2 in pose.rotation.T.tolist()]  # columns
     turn = [0.0, 0.0, 0.0]
     for i, (a, b, d) in enumerate(is_):  # half the sum of (column x wanted column)
@@ -155,6 +155,7 @@ def _error(arm: SphericalArm, here: np.ndarray, q: np.ndarray) -> tuple[list, li
 
 
 def _swivel(arm: SphericalArm, q: np.ndarray) -> float:
+    """`srs.swivel` in plain numbers, for the inner loop."""
     _, q2, q3, q4, *_ = q.tolist()
     s2, s4, r = math.sin(q2), arm.lower * math.sin(q4), arm.upper + arm.lower * math.cos(q4)
     x = (s4 * math.cos(q2) + r * s2 * math.cos(q3)) / math.hypot(s4, r)

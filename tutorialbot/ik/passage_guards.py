@@ -64,8 +64,7 @@ def watch(arm: SphericalArm, door: ClosingDoor, legs: tuple[HandLeg | ArmLeg, ..
 
 def least_elbow(arm: SphericalArm) -> float:
     """Return the elbow's angle [rad] at which the wrist is STRETCHED times the reach from the shoulder."""
-    cosine = ((STRETCHED * arm.reach) ** 2 - arm.upper**2 - arm.lower**2) / (2.0 * arm.upper * arm.lower)
-    return float(np.arccos(cosine))
+    return float(np.arccos(arm.elbow_cosine(STRETCHED * arm.reach)))
 
 
 def stop_margin(arm: SphericalArm, piece: Piece) -> float:
@@ -105,7 +104,7 @@ def exit_margin(name: str, arm: SphericalArm, door: ClosingDoor, way: WayPoints,
 
 def hand(arm: SphericalArm, base: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the tip (..., 3) [m] and the hand's axis (..., 3) in the world for base (..., 3) and q (..., 7)."""
-    points, _ = srs.chain(arm, q)
+    points = srs.chain(arm, q)
     wrist, tip = points[..., 3, :], points[..., 4, :]
     c, s = np.cos(base[..., 2]), np.sin(base[..., 2])
 

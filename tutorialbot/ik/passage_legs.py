@@ -11,9 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tutorialbot.ik import srs
-from tutorialbot.ik.base_sharing import MOUNT
-from tutorialbot.ik.singularity_consistent import SphericalArm
 from tutorialbot.scene.closing_door import turn
 
 GRIPS = {  # columns: the tip's x, y, z in the panel's frame
@@ -80,19 +77,6 @@ def hand_pose(path: np.ndarray, grip: str, roll: float) -> tuple[np.ndarray, np.
     position = np.stack([c * along + s * across, c * across - s * along, up], axis=-1)
     rolled = np.array([[math.cos(roll), -math.sin(roll), 0.0], [math.sin(roll), math.cos(roll), 0.0], [0.0, 0.0, 1.0]])
     return turn(theta - pivot) @ (GRIPS[grip] @ rolled), position
-
-
-def joints(
-    arm: SphericalArm, path: np.ndarray, grip: str, roll: float, swivel: float, branch: tuple[int, int]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return q (m, 7), without jumps, and whether each sample is reached (m,), for samples (m, 8) of HAND."""
-    rotation, position = hand_pose(path, grip, roll)
-    c, s, o = np.cos(path[:, 2]), np.sin(path[:, 2]), np.zeros(len(path))
-    to_anchor = np.stack([c, s, o, -s, c, o, o, o, o + 1.0], axis=-1).reshape(-1, 3, 3)
-    away = position - np.column_stack([path[:, :2], np.full(len(path), MOUNT)])
-    local = np.einsum("nij,nj->ni", to_anchor, away)
-    q, reached = srs.inverse(arm, to_anchor @ rotation, local, np.asarray(swivel), branch)
-    return np.unwrap(q, axis=0), reached
 
 
 def duration(speeds: np.ndarray, limits: np.ndarray) -> float:

@@ -15,12 +15,12 @@ from scipy.interpolate import CubicSpline
 from tutorialbot.errors import InvalidValue, finite_array, finite_number
 from tutorialbot.ik import passage_clearance as clearance
 from tutorialbot.ik import srs
-from tutorialbot.ik.base_sharing import MOUNT, Shares, base_centre_velocity
+from tutorialbot.ik.base_sharing import Shares, base_centre_velocity
 from tutorialbot.ik.passage_connect import Free
 from tutorialbot.ik.passage_legs import hand_pose
 from tutorialbot.ik.singularity_consistent import SphericalArm
 from tutorialbot.scene.closing_door import ClosingDoor
-from tutorialbot.scene.home_robot import PAD_BEHIND, PAD_RADIUS
+from tutorialbot.scene.home_robot import ANCHOR_HEIGHT, PAD_BEHIND, PAD_RADIUS
 
 DEG = np.pi / 180.0
 SWIVELS = np.arange(-12, 12) * (np.pi / 12.0)
@@ -183,7 +183,8 @@ def _path(base: np.ndarray, theta, pivot, hand: tuple[float, float, float]) -> n
     return path
 
 
-def to_world(points: np.ndarray, theta) -> np.ndarray:
+def to_world(points: np.ndarray, theta: float | np.ndarray) -> np.ndarray:
+    """Return points (n, 2) [m] of the panel's frame in the world, at theta [rad] of shape () or (n,)."""
     return clearance.in_panel(points[:, None], np.broadcast_to(-np.asarray(theta), len(points)))[:, 0]
 
 
@@ -233,7 +234,7 @@ def options(
     """
     path = np.vstack(paths)
     rotation, position = hand_pose(path, grip, 0.0)
-    local = position - np.column_stack([path[:, :2], np.full(len(path), MOUNT)])
+    local = position - np.column_stack([path[:, :2], np.full(len(path), ANCHOR_HEIGHT)])
     stretched, level = _line(arm, rotation, local)
     for guard, margin in (("reach", (MOST_STRETCHED - stretched.max()) * arm.reach), ("level", level.min() - LEVEL)):
         if margin < 0.0:

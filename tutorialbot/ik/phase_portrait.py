@@ -58,8 +58,7 @@ def rates(arm: SphericalArm, path: StretchPath, q4: float, s: float, speed: floa
     along, across, u, v = path.plane(s)
     slope = (along * u + across * v) / math.hypot(along, across)
     b, b_over_sine = time_scale(q4, n)
-    r = math.sqrt(arm.upper**2 + arm.lower**2 + 2.0 * arm.upper * arm.lower * math.cos(q4))
-    return -r / (arm.upper * arm.lower) * b_over_sine * slope * speed, b * speed
+    return -arm.distance_at(q4) / (arm.upper * arm.lower) * b_over_sine * slope * speed, b * speed
 
 
 def eigenvalue(arm: SphericalArm, radius: float, speed: float = 0.1, n: int = 2) -> float:

@@ -19,7 +19,7 @@ import pinocchio as pin
 from tutorialbot.errors import InvalidType, InvalidValue, finite_array, finite_number, one_of, positive, step_count
 from tutorialbot.ik import srs
 from tutorialbot.ik.singularity_consistent import SphericalArm, Velocity, check_arm
-from tutorialbot.pose import check_pose, interpolate
+from tutorialbot.pose import check_pose, interpolate, turned, twist_between
 
 F = pin.SE3(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
 ENDS = ("base", "tip")
@@ -100,8 +100,7 @@ def _rises(arm: SphericalArm) -> tuple[float, ...]:
 
 def free_end_velocity(stance: Stance, twist: np.ndarray, n: int = 2, swivel_rate: float = 0.0) -> Velocity:
     """Return the joint rates, counted from the anchored end, for a twist (6,) of the free end in the world's axes."""
-    twist, turn = finite_array("twist", twist, (6,)), check_stance(stance).fixture.rotation.T
-    there = np.concatenate([turn @ twist[:3], turn @ twist[3:]])
+    there = turned(check_stance(stance).fixture.rotation.T, finite_array("twist", twist, (6,)))
     return stance.arm.joint_velocity(stance.q, there, n, swivel_rate)
 
 
@@ -125,8 +124,8 @@ def move(
     for _ in range(math.ceil(step_count(patience * duration, speed, dt, least=0.0))):
         wanted, ahead = interpolate(begin, there, min(s, 1.0)), interpolate(begin, there, min(s + 1e-3, 1.0))
         here = stance.free_end
-        feed = _twist(wanted, ahead) / (1e-3 * duration) if s < 1.0 else np.zeros(6)
-        back = _twist(here, wanted)
+        feed = twist_between(wanted, ahead) / (1e-3 * duration) if s < 1.0 else np.zeros(6)
+        back = twist_between(here, wanted)
         if s >= 1.0 and is_at(stance, there, near):
             return
         sign = np.sign(stance.q[3])  # that of b, so that the feedback keeps its own once the elbow has flipped
@@ -145,11 +144,7 @@ def is_at(stance: Stance, target: pin.SE3, near: float = 1e-4) -> bool:
     Raises InvalidType or InvalidValue for what is no Stance, no pose or no number > 0.
     """
     check_stance(stance), check_pose("target", target), positive("near", near)
-    return bool(np.abs(_twist(stance.free_end, target)).max() < near)
-
-
-def _twist(a: pin.SE3, b: pin.SE3) -> np.ndarray:
-    return np.concatenate([b.translation - a.translation, pin.log3(b.rotation @ a.rotation.T)])
+    return bool(np.abs(twist_between(stance.free_end, target)).max() < near)
 
 
 def step_over(stance: Stance, fixture: pin.SE3, rest: pin.SE3, **options: float) -> Iterator[Stance]:

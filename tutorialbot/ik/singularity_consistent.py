@@ -103,6 +103,14 @@ class SphericalArm:
         """Greatest distance of the wrist from the shoulder [m], where q4 = 0."""
         return self.upper + self.lower
 
+    def distance_at(self, q4: float) -> float:
+        """Return how far the wrist is from the shoulder [m] at q4 [rad]: r of the virtual prismatic joint."""
+        return math.sqrt(self.upper**2 + self.lower**2 + 2.0 * self.upper * self.lower * math.cos(q4))
+
+    def elbow_cosine(self, distance: float | np.ndarray) -> float | np.ndarray:
+        """Return cos q4 with the wrist at a `distance` [m] from the shoulder; beyond -1 to 1 it is out of reach."""
+        return (distance * distance - self.upper**2 - self.lower**2) / (2.0 * self.upper * self.lower)
+
     def checked(self, q) -> list[float]:
         """Return q (7,) [rad] as plain numbers; raise InvalidValue for other shapes, NaN, and beyond the limits."""
         fits = isinstance(q, np.ndarray) and q.dtype == float and q.shape == (7,)

@@ -38,7 +38,7 @@ def inverse(
     line = line - np.array([0.0, 0.0, arm.base_offset])
     r = np.sqrt((line * line).sum(-1))
     flat = np.hypot(line[..., 0], line[..., 1])
-    cosine = (r * r - arm.upper**2 - arm.lower**2) / (2.0 * arm.upper * arm.lower)
+    cosine = arm.elbow_cosine(r)
     reached = (np.abs(cosine) <= 1.0) & (flat > LEVEL)
     q4 = np.arccos(cosine.clip(-1.0, 1.0))
     alpha = np.arctan2(arm.lower * np.sin(q4), arm.upper + arm.lower * np.cos(q4))
@@ -73,11 +73,10 @@ def swivel(arm: SphericalArm, q: np.ndarray) -> np.ndarray:
     return np.arctan2(side * y, side * x)
 
 
-def chain(arm: SphericalArm, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def chain(arm: SphericalArm, q: np.ndarray) -> np.ndarray:
     """Return the points anchor, shoulder, elbow, wrist, tip (..., 5, 3) [m] in the anchor's frame for q (..., 7).
 
-    Also the rotation (..., 3, 3) of the upper arm, whose y axis is the elbow's. Raises InvalidType or InvalidValue for
-    another shape or what is no finite number.
+    Raises InvalidType or InvalidValue for another shape or what is no finite number.
     """
     check_arm(arm)
     q = _angles(q)
@@ -89,7 +88,7 @@ def chain(arm: SphericalArm, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     points[..., 2:, :] += (arm.upper * upper[..., :, 2])[..., None, :]
     points[..., 3:, :] += (arm.lower * fore[..., :, 2])[..., None, :]
     points[..., 4, :] += arm.tip_offset * hand[..., :, 2]
-    return points, upper
+    return points
 
 
 def _angles(q: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ from tutorialbot.errors import InvalidType, finite_number, one_of, positive, ste
 from tutorialbot.ik import singular_peers as peers
 from tutorialbot.ik.singularity_consistent import SphericalArm, check_arm
 from tutorialbot.ik.stretch_paths import StretchPath, check_path, classify, five_paths, references, start
+from tutorialbot.pose import twist_between
 
 FEEDBACKS = ("|b|", "b")
 MOST_PATIENCE = 1000.0  # of a path's own duration
@@ -172,8 +173,7 @@ def place_in_time(path: StretchPath, gone: float) -> tuple[float, float]:
 
 
 def _error(arm: SphericalArm, q: np.ndarray, place: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    here = arm.forward(q)
-    return np.concatenate([place - here.translation, pin.log3(rotation @ here.rotation.T)])
+    return twist_between(arm.forward(q), pin.SE3(rotation, place))
 
 
 def _record(arm: SphericalArm, path: StretchPath, tip, rows: list, speed: float, outcome: str) -> Followed:

@@ -150,7 +150,7 @@ def first_elbow(arm: SphericalArm, path: StretchPath) -> float:
     """Return the elbow's angle |q4| [rad] at the path's beginning, or raise InvalidValue where that is out of reach."""
     check_arm(arm)
     r = math.hypot(*check_path(path).plane(0.0)[:2])
-    cosine = (r * r - arm.upper**2 - arm.lower**2) / (2.0 * arm.upper * arm.lower)
+    cosine = arm.elbow_cosine(r)
     if not -1.0 < cosine <= 1.0:
         raise InvalidValue("path", path.name, f"a beginning within reach, {arm.reach:g} m")
     return math.acos(cosine)
